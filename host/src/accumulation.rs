@@ -16,7 +16,7 @@ pub const BATCHES: u32 = 4;
 pub struct Accumulation {
     /// Size of the images, and how many were added.
     pub shape: Shape,
-    /// Sums of layers: three channels of `path`, three of `caustics`, then `radius`, `depth`, `deposits`; the last four
+    /// Sums of layers: three channels of `path`, three of `caustics`, then `radius`, `depth`, `photons`; the last four
     /// may be empty.
     sums: [Vec<f64>; 5],
     /// Of all radiance, three channels: the sums of squares, or the sums of each batch.
@@ -91,7 +91,7 @@ impl Accumulation {
             bytemuck::cast_slice(&image.caustics),
             &image.radius,
             &image.depth,
-            &image.deposits,
+            &image.photons,
         ];
         for (sum, layer) in self.sums.iter_mut().zip(layers) {
             sum.par_iter_mut().zip(layer).for_each(|(sum, &value)| *sum += f64::from(value));
@@ -142,7 +142,7 @@ impl Accumulation {
             let pixels = sum.chunks(3).map(|sum| Vec3::new(number(sum[0]), number(sum[1]), number(sum[2])));
             pixels.collect()
         };
-        let [path, caustics, radius, depth, deposits] = &self.sums;
+        let [path, caustics, radius, depth, photons] = &self.sums;
         RenderedImage {
             width: self.shape.width,
             height: self.shape.height,
@@ -150,7 +150,7 @@ impl Accumulation {
             caustics: colors(caustics),
             radius: numbers(radius),
             depth: numbers(depth),
-            deposits: numbers(deposits),
+            photons: numbers(photons),
             auxiliary: self.shown(),
         }
     }
@@ -287,7 +287,7 @@ mod tests {
             caustics: vec![Vec3::splat(caustics)],
             radius: vec![1.0],
             depth: vec![2.0],
-            deposits: vec![path],
+            photons: vec![path],
             ..RenderedImage::default()
         }
     }
@@ -404,7 +404,7 @@ mod tests {
             caustics: vec![],
             radius: vec![],
             depth: vec![],
-            deposits: vec![],
+            photons: vec![],
             ..image(1.0, 1.0)
         });
     }

@@ -72,7 +72,7 @@ impl SessionBuilder<'_> {
         Self { method, ..self }
     }
 
-    /// Brings deposits and collection points together in this way instead of the runner's usual one; the image is the same.
+    /// Brings photons and collection points together in this way instead of the runner's usual one; the image is the same.
     pub fn gather(self, gather: &'static Variant) -> Self {
         Self { gather: Some(gather), ..self }
     }

@@ -322,7 +322,7 @@ mod tests {
                     about: BTreeMap::new(),
                     state: vec![],
                 };
-                let sums = (0..36).flat_map(|place| if place == at { bits } else { 0 }.to_le_bytes());
+                let sums = (0..36).flat_map(|index| if index == at { bits } else { 0 }.to_le_bytes());
                 let bytes = sealed::seal(KIND, &head, |bytes| bytes.extend(sums)).unwrap();
                 let error = parse(Path::new("a"), &bytes, &identity("1"), SHAPE).unwrap_err().to_string();
                 assert!(error.contains("its sums are not finite; remove it"), "{error}");

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use caustics::exposure::Exposure;
 use caustics::kernels::Source;
 use caustics::rendered_image::Aov;
-use caustics::scene::{BvhCache, BvhOptions, BvhQuality, LoadOptions, Place};
+use caustics::scene::{BvhCache, BvhOptions, BvhQuality, LoadOptions, Position};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
@@ -181,10 +181,10 @@ pub struct View {
     pub camera: Option<String>,
     /// Place a camera here, in the file's coordinates (m)
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    pub from: Option<Place>,
+    pub from: Option<Position>,
     /// Place a camera that looks at this [default: the middle of the scene]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    pub look_at: Option<Place>,
+    pub look_at: Option<Position>,
     /// Place a camera with this vertical field of view (degrees) [default: 40]
     #[arg(long, value_name = "DEGREES")]
     pub fov: Option<f64>,

@@ -75,8 +75,9 @@ fn section(page: &mut String, parent: &str, command: &Command, kinds: &[(&str, V
     }
     let path = format!("{parent} {}", command.get_name());
     let shown: Vec<&Arg> = command.get_arguments().filter(|arg| !arg.is_hide_set()).collect();
-    let places: Vec<String> = shown.iter().filter(|arg| arg.is_positional()).map(|arg| names(arg)).collect();
-    write!(page, "\n## {}\n\n", [&path[..], &places.join(" ")].join(" ").trim_end()).unwrap();
+    let positionals: Vec<String> =
+        shown.iter().filter(|arg| arg.is_positional()).map(|arg| names(arg)).collect();
+    write!(page, "\n## {}\n\n", [&path[..], &positionals.join(" ")].join(" ").trim_end()).unwrap();
     if let Some(description) = command.get_about() {
         writeln!(page, "{description}.").unwrap();
     }

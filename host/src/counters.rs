@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use caustics_kernels::interface::counters::{COUNTER_NAMES, Counter};
 
-/// Light paths that make a deposit, at least one in so many: at the default of 2^20 a frame has a hundred then, a noise of
+/// Light paths that make a photon, at least one in so many: at the default of 2^20 a frame has a hundred then, a noise of
 /// 10 % even where one pixel takes them all.
-const PATHS_A_DEPOSIT: u64 = 10_000;
+const PATHS_PER_PHOTON: u64 = 10_000;
 /// Fewer light paths may miss at random.
 const STARVING_PATHS: u64 = 1 << 16;
 
@@ -38,7 +38,7 @@ impl Counters {
     /// What a person should be warned of.
     pub fn warnings(&self) -> Vec<String> {
         let faults = [
-            (Counter::DepositsDropped, "deposits found no room and are missing"),
+            (Counter::PhotonsDropped, "deposits found no room and are missing"),
             (Counter::Clamped, "addends were clamped by the accumulator"),
             (Counter::NonFinite, "non-finite values were left out"),
             (Counter::MediaOverflow, "paths were inside more than four nested media"),
@@ -56,11 +56,11 @@ impl Counters {
     /// Caustics of which too little is found: casters, receivers and lights are there, but hardly a light path goes from one
     /// to the other.
     fn starvation(&self) -> Option<String> {
-        let (paths, deposits) = (self.get(Counter::LightPaths), self.get(Counter::Deposits));
-        let starves = paths >= STARVING_PATHS && deposits * PATHS_A_DEPOSIT < paths;
+        let (paths, photons) = (self.get(Counter::LightPaths), self.get(Counter::Photons));
+        let starves = paths >= STARVING_PATHS && photons * PATHS_PER_PHOTON < paths;
         starves.then(|| {
             format!(
-                "caustics starve: {deposits} deposits of {paths} light paths; give more --light-paths, make the scene \
+                "caustics starve: {photons} deposits of {paths} light paths; give more --light-paths, make the scene \
                  smaller around what casts caustics (a directional light shines on all of its bounds), or, where walls \
                  light what casts them, take --caustics any"
             )

@@ -38,7 +38,7 @@ pub struct FrameTooLarge {
 pub struct Need {
     /// Buffers and images.
     pub pixels: u64,
-    /// Deposits and their index.
+    /// Photons and their index.
     pub light_paths: u64,
     /// The runner's copy of the scene's tables.
     pub scene: u64,
@@ -106,7 +106,7 @@ mod tests {
             window: Window::all(width, height),
             light_path_count: paths,
             light_path_batch: paths,
-            deposit_capacity: 4 * paths,
+            photon_capacity: 4 * paths,
             cell_mask: 1023,
             ..FrameParams::default()
         };
@@ -120,7 +120,7 @@ mod tests {
         let ratio = wide.pixels as f64 / one.pixels as f64;
         assert!((ratio - 2.0).abs() < 0.01, "{ratio}");
         assert_eq!(wide.light_paths, one.light_paths);
-        // A geometry and a light of 32 bytes for each deposit, at least.
+        // A geometry and a light of 32 bytes for each photon, at least.
         assert!(many.light_paths - one.light_paths >= 4 * 1000 * 64, "{many:?}");
         assert_eq!((many.pixels, one.scene), (one.pixels, 1000));
         // A frame that shoots nothing needs nothing to shoot with.

@@ -1,19 +1,19 @@
-//! What light transport did at a pixel of the last frame: its camera path, its collection point, the deposits that the point
+//! What light transport did at a pixel of the last frame: its camera path, its collection point, the photons that the point
 //! took, and light paths that made some of them. All of it is traced again on the CPU, by the walks and the random numbers of the
 //! frame, so that nothing of the frame itself pays for it.
 //!
 //! On the CPU runner what is found is what the frame found, to the bit. Frames of a device may differ from it in the few paths in a
-//! thousand that rounding parts; the point and its disc are the frame's own, and [`Deposits::gathered`] is what it counted.
+//! thousand that rounding parts; the point and its disc are the frame's own, and [`Photons::gathered`] is what it counted.
 
 use serde::Serialize;
 
 pub use self::event::Event;
 
 mod camera;
-mod deposits;
 mod event;
 mod light;
 mod look;
+mod photons;
 mod record;
 mod view;
 
@@ -28,9 +28,9 @@ pub struct Inspection {
     pub camera_path: CameraPath,
     /// The collection point, if there is one.
     pub point: Option<Point>,
-    /// The deposits that it took; none of methods that bring them to pixels in other ways than by discs.
-    pub deposits: Option<Deposits>,
-    /// A light path for each of `deposits.some`, from its light to that deposit.
+    /// The photons that it took; none of methods that bring them to pixels in other ways than by discs.
+    pub deposits: Option<Photons>,
+    /// A light path for each of `deposits.some`, from its light to that photon.
     pub light_paths: Vec<LightPath>,
 }
 
@@ -93,9 +93,9 @@ pub struct Point {
     pub throughput: [f32; 3],
 }
 
-/// The deposits of a collection point.
+/// The photons of a collection point.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Deposits {
+pub struct Photons {
     /// How many the frame's own gather counted.
     pub gathered: u32,
     /// How many were found again.
@@ -109,12 +109,12 @@ pub struct Deposits {
     /// What they give the pixel (W m^-2 sr^-1), before any history adds to it.
     pub radiance: [f32; 3],
     /// Some of them.
-    pub some: Vec<Deposit>,
+    pub some: Vec<Photon>,
 }
 
-/// A deposit.
+/// A photon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Deposit {
+pub struct Photon {
     /// Index of its light path.
     pub path: u32,
     /// Position.
@@ -142,7 +142,7 @@ pub struct LightPath {
     pub direction: [f32; 3],
     /// Flux that it starts with (W).
     pub flux: [f32; 3],
-    /// What it meets, in order; the last is the deposit.
+    /// What it meets, in order; the last is the photon.
     pub vertices: Vec<Vertex>,
 }
 

@@ -20,7 +20,7 @@
 //! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`Settings`] |
 //! | exchange the compiled kernels of a GPU while a program runs | [`kernels::Source`], [`kernels::Watch`] |
 //! | look at the layers of a frame | [`RenderedImage`] |
-//! | look into a pixel: its camera path, its deposits, their light paths | [`Session::inspect`], [`inspect::Inspection`] |
+//! | look into a pixel: its camera path, its photons, their light paths | [`Session::inspect`], [`inspect::Inspection`] |
 //! | average frames, with the variance of the mean | [`accumulation`] |
 //! | write EXR and PNG, read them | [`output`], [`image_file`] |
 //! | compare images | [`metric`] |

@@ -25,7 +25,7 @@ fn available_in(root: &Path) -> Option<u64> {
     machine.into_iter().chain(space).chain(groups).min()
 }
 
-/// A control group's place and the names of what it tells, by the version of the interface.
+/// A control group's path and the names of what it tells, by the version of the interface.
 struct Group<'a> {
     root: &'static str,
     path: &'a Path,

@@ -21,8 +21,8 @@ pub struct RenderedImage {
     pub radius: Vec<f32>,
     /// Which vertex of the camera path each pixel's collection point is, 1 being what is seen directly; 0 where it has none.
     pub depth: Vec<f32>,
-    /// Number of deposits that each pixel's collection point took.
-    pub deposits: Vec<f32>,
+    /// Number of photons that each pixel's collection point took.
+    pub photons: Vec<f32>,
     /// What other tools ask of the pixels; empty where nobody does.
     pub auxiliary: Auxiliary,
 }
@@ -36,7 +36,7 @@ impl RenderedImage {
         self.caustics.extend(below.caustics);
         self.radius.extend(below.radius);
         self.depth.extend(below.depth);
-        self.deposits.extend(below.deposits);
+        self.photons.extend(below.photons);
         self.auxiliary.append(below.auxiliary);
     }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use caustics_kernels::interface::frame::FrameParams;
 
-use crate::scene::instanced::Placement;
+use crate::scene::instanced::InstanceTransform;
 use caustics_kernels::declare::Step;
 
 pub(crate) mod cpu;
@@ -40,7 +40,11 @@ pub trait Runner {
     fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> Result<(), RunError>;
     /// Brings instances to where they stand, and meshes that were deformed, by their index, to what their rows say now, for structures
     /// that are not buffers.
-    fn place(&mut self, placements: &[Placement], deformed: &[usize]) -> Result<(), RunError>;
+    fn set_instances(
+        &mut self,
+        instance_transforms: &[InstanceTransform],
+        deformed: &[usize],
+    ) -> Result<(), RunError>;
     /// A whole buffer.
     fn read(&mut self, buffer: &str) -> Result<Vec<u8>, RunError>;
     /// Shows a whole buffer, without a copy where it is memory of the host.

@@ -40,7 +40,7 @@ pub use self::radiance::Radiance;
 pub use self::recorded::Recorded;
 pub use self::staging::{DefaultLight, Staged, Staging};
 pub use self::texture::TextureParts;
-pub use self::viewpoint::{CameraChoice, Eye, Orbit, Place, Viewpoint};
+pub use self::viewpoint::{CameraChoice, Eye, Orbit, Position, Viewpoint};
 
 mod animation;
 mod borders;

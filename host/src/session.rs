@@ -219,7 +219,7 @@ pub struct Session {
     params: FrameParams,
     /// Flux of the lights (W).
     flux: Vec3,
-    /// What the file's coordinates of a place are more than the kernels' (m).
+    /// What the file's coordinates of a position are more than the kernels' (m).
     origin: DVec3,
     /// Light paths of the next frame, if it shoots any.
     light_paths: u32,
@@ -517,12 +517,12 @@ impl Session {
         let mut last = Last { params, ..Last::default() };
         let mut times = Vec::with_capacity(steps.len());
         let mut rest = &steps[..];
-        if let Some((place, started)) = overwritten(&steps, shoot) {
+        if let Some((index, started)) = overwritten(&steps, shoot) {
             last.started_before = started;
             if self.keeps_starts {
-                times.extend(self.runner.run(&params, &steps[..place])?);
+                times.extend(self.runner.run(&params, &steps[..index])?);
                 last.starts_before = Some(self.starts()?);
-                rest = &steps[place..];
+                rest = &steps[index..];
             }
         }
         times.extend(self.runner.run(&params, rest)?);
@@ -599,17 +599,17 @@ impl Session {
             return Ok(RenderedImage { width, height, path, auxiliary, ..RenderedImage::default() });
         }
         let caustics = self.read_first("caustic_radiance", pixels)?;
-        let [mut radius, mut depth, mut deposits] = [0; 3].map(|_| Vec::with_capacity(pixels));
+        let [mut radius, mut depth, mut photons] = [0; 3].map(|_| Vec::with_capacity(pixels));
         self.show("point_geometry", |point: PointGeometry| {
             radius.push(point.radius);
             depth.push(point.depth as f32);
         })?;
         type Sums = [u32; accumulator::WORDS as usize];
-        self.show("accumulator", |point: Sums| deposits.push(point[accumulator::WORDS as usize - 1] as f32))?;
-        for layer in [&mut radius, &mut depth, &mut deposits] {
+        self.show("accumulator", |point: Sums| photons.push(point[accumulator::WORDS as usize - 1] as f32))?;
+        for layer in [&mut radius, &mut depth, &mut photons] {
             layer.truncate(pixels);
         }
-        Ok(RenderedImage { width, height, path, caustics, radius, depth, deposits, auxiliary })
+        Ok(RenderedImage { width, height, path, caustics, radius, depth, photons, auxiliary })
     }
 
     /// Reads back a buffer by its name, as the passes call it; that of the last tile, where there are several.
@@ -640,7 +640,7 @@ impl Session {
         shown.map_err(|source| SessionError::Read { buffer: buffer.into(), source })
     }
 
-    /// What the kernels counted in the last frame: rays, deposits, and faults such as clamped sums.
+    /// What the kernels counted in the last frame: rays, photons, and faults such as clamped sums.
     pub fn counters(&mut self) -> Result<Counters, SessionError> {
         if !self.tiles.is_one() {
             return Ok(self.tiles.rendered.counters.clone());

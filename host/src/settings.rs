@@ -36,7 +36,7 @@ pub struct Settings {
     pub max_bounces: u32,
     /// Radius of a collection point relative to the disc of its pixel's footprint area.
     pub radius_px: f32,
-    /// Whether discs are up to three times as wide where the last frame's deposits were few.
+    /// Whether discs are up to three times as wide where the last frame's photons were few.
     pub widens: bool,
     /// Reflection lobes of at most this roughness are specular.
     pub specular_roughness: f32,
@@ -108,8 +108,8 @@ impl Default for Settings {
 
 /// Largest buffer that is asked for (bytes): what lavapipe grants.
 const MAX_BUFFER: u32 = 128 << 20;
-/// Bytes of a row of `deposit_geometry` or `deposit_light`.
-const DEPOSIT_BYTES: u32 = 32;
+/// Bytes of a row of `photon_geometry` or `photon_light`.
+const PHOTON_BYTES: u32 = 32;
 /// Light paths a pixel that validation paths are made for, where frames decide how many there are.
 const VALIDATED_PATHS: u32 = 2;
 /// Most cells of the hash grid.
@@ -221,9 +221,9 @@ impl Settings {
 
 /// The same settings of a frame with so many light paths of lights of this flux (W).
 pub fn with_light_paths(params: FrameParams, light_paths: u32, flux: Vec3) -> FrameParams {
-    // A batch never overflows the deposit buffers: a path deposits at every hit but the first, at most.
-    let deposits_per_path = params.max_bounces.saturating_sub(1).max(1);
-    let batch = light_paths.min((MAX_BUFFER / DEPOSIT_BYTES / deposits_per_path).max(1));
+    // A batch never overflows the photon buffers: a path deposits at every hit but the first, at most.
+    let photons_per_path = params.max_bounces.saturating_sub(1).max(1);
+    let batch = light_paths.min((MAX_BUFFER / PHOTON_BYTES / photons_per_path).max(1));
 
     // The largest flux of a light path: lights are chosen by the mean of their channels, so one of a single channel
     // sends three times the mean. A power of two, so that scaling lights by one changes no bit.
@@ -232,7 +232,7 @@ pub fn with_light_paths(params: FrameParams, light_paths: u32, flux: Vec3) -> Fr
         light_path_count: light_paths,
         light_path_batch: batch,
         quantum: next_power_of_two(largest) * 2.0f32.powi(-24),
-        deposit_capacity: (batch * deposits_per_path).max(1),
+        photon_capacity: (batch * photons_per_path).max(1),
         cell_mask: batch.next_power_of_two().clamp(1024, MAX_CELLS) - 1,
         ..params
     }

@@ -7,7 +7,7 @@ use caustics_kernels::interface::triangle::Triangle;
 
 use crate::runner::{RunError, Runner};
 use crate::scene::Scene;
-use crate::scene::instanced::Placement;
+use crate::scene::instanced::InstanceTransform;
 use crate::scene::mesh::Mesh;
 
 /// What a runner holds of the pose before.
@@ -15,7 +15,7 @@ use crate::scene::mesh::Mesh;
 pub struct Upload {
     lights: Vec<Light>,
     environment: Vec<Environment>,
-    placements: Vec<Placement>,
+    instance_transforms: Vec<InstanceTransform>,
     /// Triangles of each mesh that is deformed.
     deformed: Vec<Vec<Triangle>>,
 }
@@ -29,7 +29,7 @@ impl Upload {
         Upload {
             lights: scene.lights.clone(),
             environment: scene.environment.rows.clone(),
-            placements: scene.instanced.placements().to_vec(),
+            instance_transforms: scene.instanced.instance_transforms().to_vec(),
             deformed: deformed(scene).map(|(_, mesh)| scene.triangles[mesh.rows()].to_vec()).collect(),
         }
     }
@@ -64,11 +64,11 @@ impl Upload {
             rows(runner, "nodes", &scene.nodes, mesh.nodes.clone())?;
             rows(runner, "blocks", &scene.blocks, mesh.blocks())?;
         }
-        if !now.placements.is_empty() {
+        if !now.instance_transforms.is_empty() {
             rows(runner, "nodes", &scene.nodes, 0..scene.instanced.top)?;
             rows(runner, "instances", &scene.instances, 1..scene.instances.len())?;
             let deformed: Vec<usize> = deformed(scene).map(|(id, _)| id).collect();
-            runner.place(&now.placements, &deformed)?;
+            runner.set_instances(&now.instance_transforms, &deformed)?;
         }
         let changed = now != *self;
         *self = now;

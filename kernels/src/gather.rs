@@ -1,6 +1,6 @@
-//! Gathers: which deposits a collection point takes, and how they are found. Imports `interface`, `math`, `surface`.
+//! Gathers: which photons a collection point takes, and how they are found. Imports `interface`, `math`, `surface`.
 //!
-//! A variant indexes either the points (each deposit looks for points) or the photons (each point looks for deposits).
+//! A variant indexes either the points (each photon looks for points) or the photons (each point looks for photons).
 //! All sum in the same integers (`accumulator`), so all agree to the bit. A new variant is a file and a line of
 //! `for_each_gather`.
 
@@ -48,7 +48,7 @@ pub(crate) use for_each_gather;
 
 pub mod exchange;
 
-/// An index over points or deposits.
+/// An index over points or photons.
 pub trait Index {
     /// Its name, stages and buffers.
     const VARIANT: Variant;
@@ -59,7 +59,7 @@ pub trait Index {
 
 /// An index that is searched in software.
 pub trait Gather: Index {
-    /// Visits every element near (ids of deposits, or places of points in `pixel_order`), exactly once, in any order;
+    /// Visits every element near (ids of photons, or indices of points in `pixel_order`), exactly once, in any order;
     /// perhaps others too.
     fn for_each_near<V: Visit>(tables: &mut Tables<'_>, near: Near, visit: &mut V);
 }

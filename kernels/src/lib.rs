@@ -11,7 +11,7 @@
 //! # A frame
 //!
 //! ```text
-//! camera ──► mirror ──► ● collection point        light ──► glass ──► ○ deposit
+//! camera ──► mirror ──► ● collection point        light ──► glass ──► ○ photon
 //!           (prefix)    a disc of one pixel                (caster)   flux in W
 //!
 //! collect ──► index ──► shoot ──► gather ──► resolve ──► display
@@ -26,10 +26,10 @@
 //!    ([`history::window`], [`history::reprojected`]), and how much of its light still holds ([`history::cells`]).
 //! 4. **Shoot** ([`pass::shoot`]): light paths leave the lights by power ([`light::power`], behind the trait of [`light::emit`]),
 //!    or where earlier ones were seen to give the image something ([`light::guided`], [`emission::guided`]).
-//!    Those whose first surface is a *caster* (specular) go on; each later hit on a *receiver* is a *deposit*: a place, a
+//!    Those whose first surface is a *caster* (specular) go on; each later hit on a *receiver* deposits a *photon*: a position, a
 //!    direction, a flux.
-//! 5. **Gather** ([`mod@gather`]): a point takes the deposits that lie on its disc ([`gather::contribution`]). Points are indexed and
-//!    each deposit looks for them, or the other way round; every variant sums the same integers ([`gather::accumulator`]).
+//! 5. **Gather** ([`mod@gather`]): a point takes the photons that lie on its disc ([`gather::contribution`]). Points are indexed and
+//!    each photon looks for them, or the other way round; every variant sums the same integers ([`gather::accumulator`]).
 //! 6. **Resolve** ([`pass::resolve`], or [`history::resolve_history`]): summed flux through the area of the disc, times what the
 //!    prefix lets through, is radiance.
 //! 7. **Display** ([`pass::display`]): tone mapping for PNG files.

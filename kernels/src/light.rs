@@ -31,39 +31,39 @@ macro_rules! types {
         /// The types of lights.
         pub const TYPES: Features = Features(Features::$area_bit.0 $(| Features::$bit.0)*);
 
-        /// Samples the start of a light path at a light, by two times four uniform numbers: (light, light, place, place), (direction,
+        /// Samples the start of a light path at a light, by two times four uniform numbers: (light, light, position, position), (direction,
         /// direction, side, choice of what to aim at).
         #[inline(always)]
         pub fn sample_emission(
             light: &Light,
             scene: SceneTables<'_>,
             features: Features,
-            place: Vec4,
+            u_position: Vec4,
             direction: Vec4,
         ) -> EmissionSample {
             $(
                 if features.has(Features::$bit) && light.kind == Features::$bit.0 {
-                    return $file::sample_emission(light, scene, features, place, direction);
+                    return $file::sample_emission(light, scene, features, u_position, direction);
                 }
             )*
-            $area::sample_emission(light, scene, features, place, direction)
+            $area::sample_emission(light, scene, features, u_position, direction)
         }
 
-        /// Evaluates the start of a light path at that place in an emission direction (see `emission_cone`): what `sample_emission` makes of it.
+        /// Evaluates the start of a light path at that position in an emission direction (see `emission_cone`): what `sample_emission` makes of it.
         #[inline(always)]
         fn eval_emission(
             light: &Light,
             scene: SceneTables<'_>,
             features: Features,
-            place: Vec4,
+            u_position: Vec4,
             direction: Vec3,
         ) -> EvaluatedEmission {
             $(
                 if features.has(Features::$bit) && light.kind == Features::$bit.0 {
-                    return $file::eval_emission(light, scene, features, place, direction);
+                    return $file::eval_emission(light, scene, features, u_position, direction);
                 }
             )*
-            $area::eval_emission(light, scene, features, place, direction)
+            $area::eval_emission(light, scene, features, u_position, direction)
         }
 
         /// Samples a light for a position, by two uniform numbers; none where no light comes to it.
@@ -87,29 +87,33 @@ macro_rules! types {
 }
 for_each_light!(types);
 
-/// Samples the direction of an environment: the light of a row as a path leaves it by the uniform numbers of `sample_emission`, and those of its place then: of an environment,
-/// parallel light from a direction, which takes the numbers that its place had.
+/// Samples the direction of an environment: the light of a row as a path leaves it by the uniform numbers of `sample_emission`, and those of its position then: of an environment,
+/// parallel light from a direction, which takes the numbers that its position had.
 #[inline(always)]
 fn sample_environment(
     scene: SceneTables<'_>,
     features: Features,
     row: u32,
-    place: Vec4,
+    u_position: Vec4,
     direction: Vec4,
 ) -> (Light, Vec4) {
     let mut light = scene.lights[row as usize];
-    let mut place = place;
+    let mut u_position = u_position;
     if features.has(Features::ENVIRONMENT) && light.kind == Features::ENVIRONMENT.0 {
-        light = environment::sample_environment(&light, scene, place.z, place.w);
-        place = environment::place_across(place, direction);
+        light = environment::sample_environment(&light, scene, u_position.z, u_position.w);
+        u_position = environment::u_across(u_position, direction);
     }
-    (light, place)
+    (light, u_position)
 }
 
 /// Samples the position on a light where a path starts, by the first four uniform numbers of `sample_emission` (m); of parallel light, the middle of its disc.
 #[inline(always)]
-fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
-    if light.triangle == NONE { light.position } else { area::sample_position(light, scene, features, place) }
+fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, u_position: Vec4) -> Vec3 {
+    if light.triangle == NONE {
+        light.position
+    } else {
+        area::sample_position(light, scene, features, u_position)
+    }
 }
 
 /// Chooses a light by the alias table; its probability is `Light::pdf_light_choice`.

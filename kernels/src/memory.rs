@@ -16,12 +16,12 @@ struct Line([u64; 8]);
 
 /// Bytes that start as zeros, at the start of a cache line.
 pub struct Memory {
-    place: Place,
+    storage: Storage,
     bytes: usize,
 }
 
 /// Where they are.
-enum Place {
+enum Storage {
     /// Among others: what is small is read and cleared faster there than in pages of its own.
     Heap(Vec<Line>),
     /// In pages of their own, of which those that nothing is written to take no memory.
@@ -35,16 +35,16 @@ impl Memory {
     ///
     /// If the system does not give them.
     pub fn zeros(bytes: usize) -> io::Result<Memory> {
-        let place = if bytes < HUGE_PAGE {
+        let storage = if bytes < HUGE_PAGE {
             let count = bytes.div_ceil(size_of::<Line>());
             let mut lines = Vec::new();
             lines.try_reserve_exact(count).map_err(|_| io::ErrorKind::OutOfMemory)?;
             lines.resize(count, Line::zeroed());
-            Place::Heap(lines)
+            Storage::Heap(lines)
         } else {
-            Place::Pages(MmapMut::map_anon(bytes)?)
+            Storage::Pages(MmapMut::map_anon(bytes)?)
         };
-        Ok(Memory { place, bytes })
+        Ok(Memory { storage, bytes })
     }
 
     /// Asks for huge pages, where there are, for what is written from now on: good for what will be read at random, and a waste where
@@ -52,25 +52,25 @@ impl Memory {
     pub fn in_huge_pages(&self) {
         // A wish: a system that cannot fulfil it gives small pages.
         #[cfg(target_os = "linux")]
-        if let Place::Pages(pages) = &self.place {
+        if let Storage::Pages(pages) = &self.storage {
             let _ = pages.advise(memmap2::Advice::HugePage);
         }
     }
 
     /// All of it as elements.
     pub fn read<T: AnyBitPattern>(&self) -> &[T] {
-        let bytes = match &self.place {
-            Place::Heap(lines) => cast_slice(lines),
-            Place::Pages(pages) => pages,
+        let bytes = match &self.storage {
+            Storage::Heap(lines) => cast_slice(lines),
+            Storage::Pages(pages) => pages,
         };
         cast_slice(&bytes[..self.bytes])
     }
 
     /// All of it as elements, to write.
     pub fn edit<T: AnyBitPattern + NoUninit>(&mut self) -> &mut [T] {
-        let bytes = match &mut self.place {
-            Place::Heap(lines) => cast_slice_mut(lines),
-            Place::Pages(pages) => pages,
+        let bytes = match &mut self.storage {
+            Storage::Heap(lines) => cast_slice_mut(lines),
+            Storage::Pages(pages) => pages,
         };
         cast_slice_mut(&mut bytes[..self.bytes])
     }

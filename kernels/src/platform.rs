@@ -54,11 +54,11 @@ pub struct Record<const WORDS: usize, const ROOM: usize> {
 }
 
 impl<const WORDS: usize, const ROOM: usize> Record<WORDS, ROOM> {
-    /// The record at a place; there is room for all up to the last.
+    /// The record at an index; there is room for all up to the last.
     #[inline(always)]
-    pub const fn at(place: u32) -> Self {
+    pub const fn at(index: u32) -> Self {
         let last = ROOM / WORDS - 1;
-        Record { first: WORDS * if (place as usize) < last { place as usize } else { last } }
+        Record { first: WORDS * if (index as usize) < last { index as usize } else { last } }
     }
 
     /// Leaves a value in one of its words.
@@ -126,7 +126,7 @@ mod gpu {
     impl<const COUNT: usize> Atomics for Counts<'_, COUNT> {
         #[inline(always)]
         fn add(&mut self, index: u32, value: u32) -> u32 {
-            // SAFETY: no buffer of counters is shorter. Nearly all of them are counted by constant places.
+            // SAFETY: no buffer of counters is shorter. Nearly all of them are counted by constant indices.
             let word = unsafe { self.0.index_unchecked_mut((index as usize).min(COUNT - 1)) };
             unsafe { atomic_i_add::<u32, { Scope::Device as u32 }, { Semantics::NONE.bits() }>(word, value) }
         }

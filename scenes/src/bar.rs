@@ -80,17 +80,17 @@ fn fill_shelves(document: &mut Document, scatter: &mut Scatter, glasses: &Glasse
             let count = ((to - from) / pitch).floor();
             for k in 0..=count as u32 {
                 let x = from + (to - from) * f64::from(k) / count + scatter.within(max_offset);
-                let place = [x, height, middle + scatter.within(0.02)];
+                let position = [x, height, middle + scatter.within(0.02)];
                 if row < 2 {
                     // Runs of one kind, as bars have them; the carafe is rare.
                     let kind = (k as usize / 3 + 2 * row + scatter.pick(2)) % 6;
                     let kind = if scatter.pick(16) == 0 { 6 } else { kind };
-                    put(document, "bottle", bottles[kind], place);
+                    put(document, "bottle", bottles[kind], position);
                 } else {
                     let kind = [glasses.wine, glasses.flute, glasses.martini][(k as usize / 5 + row) % 3];
-                    // A martini glass is as wide as the pitch: every other place.
+                    // A martini glass is as wide as the pitch: every other position.
                     if (k as usize / 5 + row) % 3 < 2 || k.is_multiple_of(2) {
-                        put(document, "glass", kind, place);
+                        put(document, "glass", kind, position);
                     }
                 }
             }
@@ -103,8 +103,8 @@ fn fill_back_bar(document: &mut Document, scatter: &mut Scatter, glasses: &Glass
     for k in 0..10_u32 {
         for row in 0..2_u32 {
             let x = -2.6 + 0.1 * f64::from(k);
-            let place = [x + scatter.within(0.004), BACK_TOP, 0.16 + 0.1 * f64::from(row)];
-            put(document, "glass", if row == 0 { glasses.highball } else { glasses.tumbler }, place);
+            let position = [x + scatter.within(0.004), BACK_TOP, 0.16 + 0.1 * f64::from(row)];
+            put(document, "glass", if row == 0 { glasses.highball } else { glasses.tumbler }, position);
         }
     }
     for x in [-1.0, -0.8, 1.9] {
@@ -131,16 +131,16 @@ fn fill_counter(
         ("flute", glasses.flute),
         ("tumbler", glasses.tumbler),
     ];
-    // A grid of places with gaps, each thing somewhere in its own place.
+    // A grid of cells with gaps, each thing somewhere in its own cell.
     let (columns, width) = (20_u32, (COUNTER_X[1] - COUNTER_X[0] - 0.3) / 20.0);
     for column in 0..columns {
         let x = COUNTER_X[0] + 0.15 + width * (f64::from(column) + 0.5);
         for (row, z) in [front - 0.13, front - 0.32].into_iter().enumerate() {
             let (name, shape) = served[(column as usize * 3 + row * 5 + scatter.pick(2)) % served.len()];
-            let place = [x + scatter.within(0.07), COUNTER_TOP, z + scatter.within(0.03)];
+            let position = [x + scatter.within(0.07), COUNTER_TOP, z + scatter.within(0.03)];
             let is_clear = (4..6).contains(&column) || (10..12).contains(&column);
             if !is_clear && scatter.pick(4) > 0 {
-                put(document, name, shape, place);
+                put(document, name, shape, position);
             }
         }
     }
@@ -157,10 +157,10 @@ fn fill_counter(
     put(document, "tap", turned.tap, [0.1, COUNTER_TOP, back + 0.13]);
     put(document, "bucket", turned.bucket, [0.4, COUNTER_TOP, back + 0.14]);
     for (k, x) in [-2.7, -2.4, -0.8, -0.6, 1.0, 1.2, 2.2].into_iter().enumerate() {
-        let place = [x, COUNTER_TOP, back + 0.1];
+        let position = [x, COUNTER_TOP, back + 0.1];
         match k % 3 {
-            0 => put(document, "shaker", turned.shaker, place),
-            _ => put(document, "bottle", bottles[(2 * k) % 7], place),
+            0 => put(document, "shaker", turned.shaker, position),
+            _ => put(document, "bottle", bottles[(2 * k) % 7], position),
         }
     }
 }
@@ -173,10 +173,10 @@ fn fill_room(document: &mut Document, scatter: &mut Scatter, glasses: &Glasses, 
     for [x, z] in TABLES {
         put(document, "table", turned.table, [x, 0.0, z]);
         let set = [glasses.red_wine, glasses.wine, glasses.water, glasses.whiskey, glasses.sparkling];
-        let places = [[0.0, -0.22], [0.21, -0.04], [0.13, 0.2], [-0.14, 0.19], [-0.2, -0.05]];
-        for (shape, [dx, dz]) in set.into_iter().zip(places) {
-            let place = [x + dx + scatter.within(0.02), TABLE_TOP + GAP, z + dz + scatter.within(0.02)];
-            put(document, "glass", shape, place);
+        let offsets = [[0.0, -0.22], [0.21, -0.04], [0.13, 0.2], [-0.14, 0.19], [-0.2, -0.05]];
+        for (shape, [dx, dz]) in set.into_iter().zip(offsets) {
+            let position = [x + dx + scatter.within(0.02), TABLE_TOP + GAP, z + dz + scatter.within(0.02)];
+            put(document, "glass", shape, position);
         }
     }
 }

@@ -17,7 +17,7 @@ pub struct Node(usize);
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialId(usize);
 
-/// A mesh by its index, to stand in several places; handed out by [`Document::shape`].
+/// A mesh by its index, to stand on several nodes; handed out by [`Document::shape`].
 #[derive(Clone, Copy, Debug)]
 pub struct Shape(usize);
 
@@ -186,12 +186,12 @@ impl Document {
         Node(self.nodes.len() - 1)
     }
 
-    /// Adds a spot light that shines from `place` at `target`: its colour times its intensity on the axis (W sr^-1), the angles
+    /// Adds a spot light that shines from `position` at `target`: its colour times its intensity on the axis (W sr^-1), the angles
     /// between the axis and where it begins to fade and is dark (rad).
     pub fn spot(
         &mut self,
         name: &str,
-        place: DVec3,
+        position: DVec3,
         target: DVec3,
         color: [f64; 3],
         intensity: f64,
@@ -201,8 +201,8 @@ impl Document {
         self.nodes.push(json!({
             "extensions": { "KHR_lights_punctual": { "light": self.lights.len() } },
             "name": name,
-            "rotation": looking(place, target).as_quat().to_array(),
-            "translation": place.to_array(),
+            "rotation": looking(position, target).as_quat().to_array(),
+            "translation": position.to_array(),
         }));
         self.lights.push(json!({
             "color": color,

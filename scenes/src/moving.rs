@@ -132,9 +132,9 @@ fn add_light(document: &mut Document, name: &str, from: DVec3) -> Node {
 
 /// Moves a node along x, from -0.3 to 0.3 m.
 fn slide(document: &mut Document, node: Node) {
-    let places = [[-0.3, 0.0, 0.0], [0.3, 0.0, 0.0]];
-    document.place(node, DVec3::from_array(places[0]));
-    document.animate(node, Property::Translation, Interpolation::Linear, &[0.0, END], &places);
+    let positions = [[-0.3, 0.0, 0.0], [0.3, 0.0, 0.0]];
+    document.place(node, DVec3::from_array(positions[0]));
+    document.animate(node, Property::Translation, Interpolation::Linear, &[0.0, END], &positions);
 }
 
 fn look_down(document: &mut Document) {

@@ -72,8 +72,8 @@ pub fn build() -> Document {
     // Faces the ball.
     let down = DVec3::new(-0.3, -1.0, 0.1).normalize();
     let (right, up) = (DVec3::Z.cross(down).normalize(), down.cross(DVec3::Z.cross(down)).normalize());
-    let place = BALL - 2.2 * down;
-    document.mesh("lamp", light, &Mesh::default().panel(place, 0.02 * right, 0.02 * up));
+    let position = BALL - 2.2 * down;
+    document.mesh("lamp", light, &Mesh::default().panel(position, 0.02 * right, 0.02 * up));
 
     document.camera("main", DVec3::new(0.2, 1.3, 2.3), DVec3::new(0.2, 0.35, 0.0), 0.6, 16.0 / 9.0);
     document

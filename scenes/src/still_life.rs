@@ -19,7 +19,7 @@ const ROOM_MAX: DVec3 = DVec3::new(2.4, 2.4, 3.2);
 const TABLE: [f64; 3] = [1.0, -0.75, 0.5];
 /// How far the mirror leans over the table (rad).
 const LEAN: f64 = 0.42;
-/// Screen: its place along z, and its height (m).
+/// Screen: its position along z, and its height (m).
 const SCREEN: [f64; 2] = [0.47, 0.2];
 /// The pane in the screen, from and to along x (m).
 const PANE: [f64; 2] = [0.2, 0.62];
@@ -104,15 +104,15 @@ fn add_things(document: &mut Document) {
     let brass = document.material("brass", metal([0.94, 0.76, 0.42], 0.02));
     let steel = document.material("steel", metal([0.90, 0.90, 0.92], 0.02));
 
-    let ball = |place: [f64; 2], radius: f64| {
-        let centre = DVec3::new(place[0], radius + GAP, place[1]);
+    let ball = |position: [f64; 2], radius: f64| {
+        let centre = DVec3::new(position[0], radius + GAP, position[1]);
         Mesh::default().sphere(centre, radius, 80, 40)
     };
     document.mesh("ruby ball", ruby, &ball([-0.46, 0.10], 0.12));
     document.mesh("clear ball", clear, &ball([0.41, 0.20], 0.085));
     document.mesh("sapphire ball", sapphire, &ball([0.64, -0.12], 0.10));
-    let ring = |place: [f64; 2], radius: f64, height: f64| {
-        let base = DVec3::new(place[0], GAP, place[1]);
+    let ring = |position: [f64; 2], radius: f64, height: f64| {
+        let base = DVec3::new(position[0], GAP, position[1]);
         Mesh::default().ring(base, radius, radius + 0.006, height, 160, 2)
     };
     document.mesh("brass ring", brass, &ring([0.24, -0.24], 0.17, 0.11));
@@ -126,11 +126,11 @@ fn add_things(document: &mut Document) {
     ];
     let drop =
         [curve(&[[0.0, 0.24], [0.018, 0.18], [0.058, 0.10], [0.062, 0.05], [0.030, 0.0], [0.0, 0.0]], 5)];
-    for (name, material, outline, place) in
+    for (name, material, outline, position) in
         [("emerald vase", emerald, &vase[..], [-0.18, -0.12]), ("amber drop", amber, &drop[..], [0.05, 0.14])]
     {
         let mut mesh = lathe(72, outline);
-        let offset = DVec3::new(place[0], GAP, place[1]).as_vec3();
+        let offset = DVec3::new(position[0], GAP, position[1]).as_vec3();
         mesh.positions.iter_mut().for_each(|position| *position += offset);
         document.mesh(name, material, &mesh);
     }
@@ -138,11 +138,11 @@ fn add_things(document: &mut Document) {
 
 fn add_lights(document: &mut Document) {
     let middle = DVec3::new(0.0, 0.0, -0.1);
-    for (name, place, color, intensity) in [
+    for (name, position, color, intensity) in [
         ("warm lamp", DVec3::new(-1.70, 0.95, 0.55), [1.0, 0.72, 0.42], 14.0),
         ("cool lamp", DVec3::new(1.70, 1.05, 0.25), [0.55, 0.75, 1.0], 10.0),
     ] {
-        document.spot(name, place, middle, color, intensity, [0.45, 0.65]);
+        document.spot(name, position, middle, color, intensity, [0.45, 0.65]);
     }
 }
 

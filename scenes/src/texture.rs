@@ -1,12 +1,12 @@
-//! Images of textures, drawn by a function of the place and written as PNG.
+//! Images of textures, drawn by a function of the position and written as PNG.
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
 /// A PNG of `size` x `size` texels; `texel` gives the bytes at the texels' centres, (0, 0) to (1, 1) from the top left.
 pub fn draw(size: u32, texel: impl Fn(f64, f64) -> [u8; 4]) -> Vec<u8> {
     let at = |texel: u32| (f64::from(texel) + 0.5) / f64::from(size);
-    let places = (0..size).flat_map(|y| (0..size).map(move |x| (x, y)));
-    let bytes: Vec<u8> = places.flat_map(|(x, y)| texel(at(x), at(y))).collect();
+    let texels = (0..size).flat_map(|y| (0..size).map(move |x| (x, y)));
+    let bytes: Vec<u8> = texels.flat_map(|(x, y)| texel(at(x), at(y))).collect();
     let mut png = Vec::new();
     PngEncoder::new(&mut png)
         .write_image(&bytes, size, size, ExtendedColorType::Rgba8)

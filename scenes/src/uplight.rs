@@ -31,8 +31,12 @@ pub fn build() -> Document {
     document.mesh("ball", clear, &Mesh::default().sphere(centre, BALL_RADIUS, 96, 48));
 
     // It faces up: nothing but the ceiling sees it.
-    let place = DVec3::new(0.4, CEILING - GAP, 0.0);
-    document.mesh("lamp", light, &Mesh::default().panel(place, HALF_SIDE * DVec3::Z, HALF_SIDE * DVec3::X));
+    let position = DVec3::new(0.4, CEILING - GAP, 0.0);
+    document.mesh(
+        "lamp",
+        light,
+        &Mesh::default().panel(position, HALF_SIDE * DVec3::Z, HALF_SIDE * DVec3::X),
+    );
 
     document.camera("main", DVec3::new(0.0, 1.5, 2.2), DVec3::new(-0.1, 0.2, 0.0), 0.7, 16.0 / 9.0);
     document

@@ -16,7 +16,7 @@ use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::light::emit::{EmissionSample, Emit};
@@ -66,12 +66,12 @@ impl Beam {
 
 impl Emit for Beam {
     fn sample(&self, rng: &mut Rng) -> EmissionSample {
-        let place = rng.next4();
+        let u_position = rng.next4();
         let (x, y) = if self.round {
-            let (sin, cos) = sin_cos_turns(place.w);
-            (place.z.sqrt() * cos, place.z.sqrt() * sin)
+            let (sin, cos) = sin_cos_turns(u_position.w);
+            (u_position.z.sqrt() * cos, u_position.z.sqrt() * sin)
         } else {
-            (2.0 * place.z - 1.0, 2.0 * place.w - 1.0)
+            (2.0 * u_position.z - 1.0, 2.0 * u_position.w - 1.0)
         };
         let origin = self.centre + self.axes[0] * x + self.axes[1] * y;
         EmissionSample {
@@ -103,18 +103,18 @@ impl Atomics for Tally {
     }
 }
 
-/// Deposits in memory.
+/// Photons in memory.
 #[derive(Clone, Debug, Default)]
-pub struct Deposits {
+pub struct Photons {
     /// Where they lie.
-    pub geometry: Vec<DepositGeometry>,
+    pub geometry: Vec<PhotonGeometry>,
     /// Their light.
-    pub light: Vec<DepositLight>,
+    pub light: Vec<PhotonLight>,
 }
 
-impl Deposits {
+impl Photons {
     /// Adds one.
-    pub fn push(&mut self, geometry: DepositGeometry, light: DepositLight) {
+    pub fn push(&mut self, geometry: PhotonGeometry, light: PhotonLight) {
         self.geometry.push(geometry);
         self.light.push(light);
     }
@@ -129,18 +129,18 @@ impl Deposits {
         self.geometry.is_empty()
     }
 
-    /// Each deposit and the flux (W) that it brought, in the red channel.
-    pub fn flux(&self) -> impl Iterator<Item = (&DepositGeometry, f64)> {
+    /// Each photon and the flux (W) that it brought, in the red channel.
+    pub fn flux(&self) -> impl Iterator<Item = (&PhotonGeometry, f64)> {
         self.geometry.iter().zip(&self.light).map(|(geometry, light)| {
             (geometry, f64::from(light.flux.x) * f64::from(light.to_light.dot(geometry.normal)))
         })
     }
 }
 
-impl Receive for Deposits {
+impl Receive for Photons {
     type PathState = ();
 
-    fn receive(&mut self, (): &mut (), geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, (): &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         self.push(geometry, light);
     }
 }
@@ -180,10 +180,10 @@ impl<'a> World<'a> {
     }
 
     /// All light paths of the frame, on two threads.
-    pub fn shoot<E: Emit + Sync>(&self, emit: &E) -> Deposits {
+    pub fn shoot<E: Emit + Sync>(&self, emit: &E) -> Photons {
         let count = self.params.light_path_count;
         let part = |indices: std::ops::Range<u32>| {
-            let mut deposits = Deposits::default();
+            let mut photons = Photons::default();
             let (mut tracer, mut tally) = (self.tracer(), Tally::default());
             for index in indices {
                 shoot::shoot(
@@ -193,19 +193,19 @@ impl<'a> World<'a> {
                     self.tables(),
                     emit,
                     &mut tracer,
-                    &mut deposits,
+                    &mut photons,
                     &mut tally,
                 );
             }
-            deposits
+            photons
         };
         std::thread::scope(|scope| {
             let second = scope.spawn(|| part(count / 2..count));
-            let mut deposits = part(0..count / 2);
+            let mut photons = part(0..count / 2);
             let rest = second.join().expect("no panic");
-            deposits.geometry.extend(rest.geometry);
-            deposits.light.extend(rest.light);
-            deposits
+            photons.geometry.extend(rest.geometry);
+            photons.light.extend(rest.light);
+            photons
         })
     }
 
@@ -226,16 +226,16 @@ pub fn gather(
     variant: &'static Variant,
     points: &[PointGeometry],
     shadings: &[PointShading],
-    deposits: &Deposits,
+    photons: &Photons,
     materials: &[Material],
     features: Features,
     params: &FrameParams,
 ) -> Vec<u32> {
-    // One row of pixels, and room for these deposits alone.
+    // One row of pixels, and room for these photons alone.
     let params = FrameParams {
         width: points.len() as u32,
         height: 1,
-        deposit_capacity: deposits.len().max(1),
+        photon_capacity: photons.len().max(1),
         ..*params
     };
     let mut steps = gathers::prepare(variant, &params);
@@ -245,15 +245,15 @@ pub fn gather(
         memory.add(spec.name, spec.bytes).expect("memory");
     }
     let order: Vec<u32> = (0..params.width).collect();
-    let state = [deposits.len(), 0, 0, 0];
+    let state = [photons.len(), 0, 0, 0];
     let tables: [(&str, &[u8]); 7] = [
         ("materials", cast_slice(materials)),
         ("pixel_order", cast_slice(&order)),
         ("point_geometry", cast_slice(points)),
         ("point_shading", cast_slice(shadings)),
-        ("deposit_state", cast_slice(&state)),
-        ("deposit_geometry", cast_slice(&deposits.geometry)),
-        ("deposit_light", cast_slice(&deposits.light)),
+        ("photon_state", cast_slice(&state)),
+        ("photon_geometry", cast_slice(&photons.geometry)),
+        ("photon_light", cast_slice(&photons.light)),
     ];
     for (name, bytes) in tables {
         memory.add(name, bytes.len()).expect("memory");

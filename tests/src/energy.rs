@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use caustics::energy::Energy;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::light::emit::Emit;
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::shoot::shoot;
@@ -12,13 +12,13 @@ use caustics_kernels::pass::shoot::shoot;
 use crate::direct::{Tally, World};
 use crate::statistics::Mean;
 
-/// Lets deposits lie.
+/// Discards photons.
 struct Nobody;
 
 impl Receive for Nobody {
     type PathState = ();
 
-    fn receive(&mut self, (): &mut (), _: DepositGeometry, _: DepositLight) {}
+    fn receive(&mut self, (): &mut (), _: PhotonGeometry, _: PhotonLight) {}
 }
 
 /// The ledger of one frame.

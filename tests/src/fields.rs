@@ -2,8 +2,8 @@
 
 use bytemuck::Pod;
 use caustics_kernels::interface::auxiliary::Auxiliary;
-use caustics_kernels::interface::history::{Reprojected, ValidationDeposit};
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::interface::history::{Reprojected, ValidationPhoton};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::interface::ray::Hit;
 use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterOut};
 use std::mem::offset_of;
@@ -73,10 +73,10 @@ fields!(PointShading {
 fields!(Auxiliary {
     position: 3 Floats, depth: 1 Floats, normal: 3 Floats, material: 1 Words, albedo: 3 Floats, motion: 2 Floats,
 });
-fields!(DepositGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Floats, });
-fields!(DepositLight { to_light: 3 Floats, flux: 3 Floats, });
+fields!(PhotonGeometry { position: 3 Floats, scatterings: 1 Words, normal: 3 Floats, });
+fields!(PhotonLight { to_light: 3 Floats, flux: 3 Floats, });
 fields!(Reprojected { mean: 3 Floats, samples: 1 Floats, offset: 3 Floats, radius: 1 Floats, });
-fields!(ValidationDeposit { position: 3 Floats, flux: 1 Floats, instance: 1 Words, });
+fields!(ValidationPhoton { position: 3 Floats, flux: 1 Floats, instance: 1 Words, });
 
 #[cfg(test)]
 mod tests {
@@ -98,10 +98,10 @@ mod tests {
         check::<EmitStep>();
         check::<PointGeometry>();
         check::<PointShading>();
-        check::<DepositGeometry>();
-        check::<DepositLight>();
+        check::<PhotonGeometry>();
+        check::<PhotonLight>();
         check::<Reprojected>();
-        check::<ValidationDeposit>();
+        check::<ValidationPhoton>();
         assert_eq!(ScatterOut::FIELDS.iter().map(|field| field.words).sum::<usize>(), 20);
     }
 }

@@ -1,14 +1,14 @@
-//! Matches deposits of two runs: their order is free, so they are compared as multisets.
+//! Matches photons of two runs: their order is free, so they are compared as multisets.
 
 use std::collections::HashMap;
 
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use glam::{IVec3, Vec3};
 
-/// A deposit.
-pub type Deposit = (DepositGeometry, DepositLight);
+/// A photon.
+pub type Photon = (PhotonGeometry, PhotonLight);
 
-/// Which deposits of two runs are the same.
+/// Which photons of two runs are the same.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Matching {
     /// Pairs of indices, left and right.
@@ -22,8 +22,8 @@ pub struct Matching {
 /// Largest difference of unit directions, and of fluxes relative to the larger, between partners.
 const ALIKE: f32 = 1.0e-2;
 
-/// Pairs deposits that lie within `reach` (m) of each other, after as many scatterings, with like light. Nearest first.
-pub fn pair(left: &[Deposit], right: &[Deposit], reach: f32) -> Matching {
+/// Pairs photons that lie within `reach` (m) of each other, after as many scatterings, with like light. Nearest first.
+pub fn pair(left: &[Photon], right: &[Photon], reach: f32) -> Matching {
     let cell = |position: Vec3| (position / reach).floor().as_ivec3();
     let mut cells: HashMap<IVec3, Vec<usize>> = HashMap::new();
     for (index, (geometry, _)) in left.iter().enumerate() {
@@ -32,16 +32,16 @@ pub fn pair(left: &[Deposit], right: &[Deposit], reach: f32) -> Matching {
 
     // Every possible pair, the closest first.
     let mut possible = vec![];
-    for (index, deposit) in right.iter().enumerate() {
-        let centre = cell(deposit.0.position);
+    for (index, photon) in right.iter().enumerate() {
+        let centre = cell(photon.0.position);
         for offset in 0..27 {
             let near = centre + IVec3::new(offset % 3 - 1, offset / 3 % 3 - 1, offset / 9 - 1);
             let candidates = cells.get(&near).into_iter().flatten().copied();
-            let alike = candidates.filter(|&candidate| is_alike(&left[candidate], deposit, reach));
-            possible.extend(alike.map(|candidate| (distance(&left[candidate], deposit), candidate, index)));
+            let alike = candidates.filter(|&candidate| is_alike(&left[candidate], photon, reach));
+            possible.extend(alike.map(|candidate| (distance(&left[candidate], photon), candidate, index)));
         }
     }
-    possible.sort_by(|a, b| a.partial_cmp(b).expect("distances of like deposits are numbers"));
+    possible.sort_by(|a, b| a.partial_cmp(b).expect("distances of like photons are numbers"));
 
     let (mut free_left, mut free_right) = (vec![true; left.len()], vec![true; right.len()]);
     let mut pairs = vec![];
@@ -55,7 +55,7 @@ pub fn pair(left: &[Deposit], right: &[Deposit], reach: f32) -> Matching {
     Matching { pairs, left: rest(&free_left), right: rest(&free_right) }
 }
 
-fn is_alike(a: &Deposit, b: &Deposit, reach: f32) -> bool {
+fn is_alike(a: &Photon, b: &Photon, reach: f32) -> bool {
     // Lane by lane: the largest element of a vector ignores NaN.
     let flux = a.1.flux.max(b.1.flux).max_element();
     a.0.scatterings == b.0.scatterings
@@ -65,8 +65,8 @@ fn is_alike(a: &Deposit, b: &Deposit, reach: f32) -> bool {
         && (a.1.flux - b.1.flux).abs().cmple(Vec3::splat(ALIKE * flux)).all()
 }
 
-/// How unlike two deposits are: partners of one place may still differ in their light.
-fn distance(a: &Deposit, b: &Deposit) -> f32 {
+/// How unlike two photons are: partners of one position may still differ in their light.
+fn distance(a: &Photon, b: &Photon) -> f32 {
     a.0.position.distance(b.0.position) + a.1.to_light.distance(b.1.to_light)
 }
 
@@ -74,22 +74,22 @@ fn distance(a: &Deposit, b: &Deposit) -> f32 {
 mod tests {
     use super::*;
 
-    fn deposits() -> Vec<Deposit> {
-        let deposit = |i: i32| {
-            let place = Vec3::new((i * 37 % 101) as f32, (i * 53 % 97) as f32, 1.0) * 1.0e-2;
+    fn photons() -> Vec<Photon> {
+        let photon = |i: i32| {
+            let position = Vec3::new((i * 37 % 101) as f32, (i * 53 % 97) as f32, 1.0) * 1.0e-2;
             let geometry =
-                DepositGeometry { position: place, scatterings: i as u32 % 4, normal: Vec3::Z, instance: 0 };
-            let light = DepositLight { to_light: Vec3::Z, flux: Vec3::ONE, ..Default::default() };
+                PhotonGeometry { position, scatterings: i as u32 % 4, normal: Vec3::Z, instance: 0 };
+            let light = PhotonLight { to_light: Vec3::Z, flux: Vec3::ONE, ..Default::default() };
             (geometry, light)
         };
-        (0..200).map(deposit).collect()
+        (0..200).map(photon).collect()
     }
 
     #[test]
     fn order_and_ulps_do_not_matter() {
-        let left = deposits();
+        let left = photons();
         let mut right: Vec<_> = left.iter().rev().copied().collect();
-        right.iter_mut().for_each(|deposit| deposit.0.position *= 1.000_001);
+        right.iter_mut().for_each(|photon| photon.0.position *= 1.000_001);
         let matching = pair(&left, &right, 1.0e-3);
         assert_eq!((matching.pairs.len(), matching.left.len(), matching.right.len()), (200, 0, 0));
         assert!(matching.pairs.iter().all(|&(l, r)| l + r == 199));
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn detects_a_moved_a_dimmed_and_a_lost_deposit() {
-        let left = deposits();
+        let left = photons();
         let mut right = left.clone();
         right[5].0.position.x += 0.1;
         right[9].1.flux *= 0.9;
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn detects_nan() {
-        let left = deposits();
+        let left = photons();
         let mut right = left.clone();
         right[7].1.flux.y = f32::NAN;
         right[8].0.position.z = f32::NAN;

@@ -59,10 +59,10 @@ impl Moving {
         match self {
             Moving::MetalCaster | Moving::Receiver => {}
             Moving::MetalAmongOthers => {
-                for place in [[-0.9, 0.0, -0.6], [0.8, 0.0, -0.7], [-0.9, 0.0, 0.5]] {
+                for translation in [[-0.9, 0.0, -0.6], [0.8, 0.0, -0.7], [-0.9, 0.0, 0.5]] {
                     add_root(
                         &mut document,
-                        json!({ "mesh": 1, "translation": place, "scale": [0.7, 0.7, 0.7] }),
+                        json!({ "mesh": 1, "translation": translation, "scale": [0.7, 0.7, 0.7] }),
                     );
                 }
             }

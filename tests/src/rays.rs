@@ -19,9 +19,9 @@ pub fn through(scene: &Scene, count: usize) -> Vec<Ray> {
     let [low, high] = scene.bounds;
     let ray = |index| {
         let mut rng = rng(index, 0);
-        let (place, to) = (rng.next4(), rng.next4());
+        let (u_position, to) = (rng.next4(), rng.next4());
         let key = rng.ray_key(0);
-        Ray { key, ..Ray::endless(low + (high - low) * place.truncate(), uniform_sphere(to.x, to.y)) }
+        Ray { key, ..Ray::endless(low + (high - low) * u_position.truncate(), uniform_sphere(to.x, to.y)) }
     };
     (0..count).map(ray).collect()
 }

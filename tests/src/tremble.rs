@@ -8,7 +8,7 @@ use caustics_kernels::emission::{AIMED, Emission, POWER};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::history::VALIDATION_PERIOD;
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::light::aimed::Aimed;
@@ -23,7 +23,7 @@ use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;
 
-use crate::matching::Deposit;
+use crate::matching::Photon;
 
 /// What a tracer answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,13 +80,13 @@ impl Atomics for Ignore {
     }
 }
 
-/// Keeps the deposits of a path.
-struct Keep(Vec<Deposit>);
+/// Keeps the photons of a path.
+struct Keep(Vec<Photon>);
 
 impl Receive for Keep {
     type PathState = ();
 
-    fn receive(&mut self, (): &mut (), geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, (): &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         self.0.push((geometry, light));
     }
 }
@@ -150,19 +150,19 @@ impl<'a> Paths<'a> {
         (collected, tracer.answers)
     }
 
-    /// The deposits of a light path; attempt 0 does not tremble.
-    fn light(&self, path: u32, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
+    /// The photons of a light path; attempt 0 does not tremble.
+    fn light(&self, path: u32, attempt: u32) -> (Vec<Photon>, Vec<Answer>) {
         let rng = Rng::new(Stream::Light, self.params.seed, path, self.params.frame);
         self.follow(path, rng, self.emission, attempt)
     }
 
-    /// The deposits of a validation path.
-    fn validation(&self, path: u32, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
+    /// The photons of a validation path.
+    fn validation(&self, path: u32, attempt: u32) -> (Vec<Photon>, Vec<Answer>) {
         let round = (self.params.frame + path) / VALIDATION_PERIOD;
         self.follow(path, Rng::new(Stream::Validation, self.params.seed, path, round), &POWER, attempt)
     }
 
-    fn follow(&self, path: u32, rng: Rng, emission: &Emission, attempt: u32) -> (Vec<Deposit>, Vec<Answer>) {
+    fn follow(&self, path: u32, rng: Rng, emission: &Emission, attempt: u32) -> (Vec<Photon>, Vec<Answer>) {
         let (mut tracer, mut keep) = (self.tracer(attempt), Keep(vec![]));
         let (params, features, scene) = (self.params, self.features, self.tables());
         let emit =
@@ -177,10 +177,10 @@ impl<'a> Paths<'a> {
         Starts::for_emission(self.emission, ByPower::new(self.tables(), self.params, self.features)).is_some()
     }
 
-    /// The deposits of every light path, with their path.
-    pub fn deposits(&self) -> Vec<(u32, Deposit)> {
+    /// The photons of every light path, with their path.
+    pub fn photons(&self) -> Vec<(u32, Photon)> {
         let paths = 0..self.params.light_path_batch;
-        paths.flat_map(|path| self.light(path, 0).0.into_iter().map(move |deposit| (path, deposit))).collect()
+        paths.flat_map(|path| self.light(path, 0).0.into_iter().map(move |photon| (path, photon))).collect()
     }
 
     /// Why the camera path of a pixel may diverge: what first differs when it trembles.
@@ -197,11 +197,7 @@ impl<'a> Paths<'a> {
     }
 
     /// Why a light path may diverge.
-    pub fn explain_light(
-        &self,
-        path: u32,
-        differs: impl Fn(&[Deposit], &[Deposit]) -> bool,
-    ) -> Option<String> {
+    pub fn explain_light(&self, path: u32, differs: impl Fn(&[Photon], &[Photon]) -> bool) -> Option<String> {
         explain(|attempt| self.light(path, attempt), differs)
     }
 
@@ -209,7 +205,7 @@ impl<'a> Paths<'a> {
     pub fn explain_validation(
         &self,
         path: u32,
-        differs: impl Fn(&[Deposit], &[Deposit]) -> bool,
+        differs: impl Fn(&[Photon], &[Photon]) -> bool,
     ) -> Option<String> {
         explain(|attempt| self.validation(path, attempt), differs)
     }
@@ -217,8 +213,8 @@ impl<'a> Paths<'a> {
 
 /// What first differs when a light path trembles until it diverges.
 fn explain(
-    trace: impl Fn(u32) -> (Vec<Deposit>, Vec<Answer>),
-    differs: impl Fn(&[Deposit], &[Deposit]) -> bool,
+    trace: impl Fn(u32) -> (Vec<Photon>, Vec<Answer>),
+    differs: impl Fn(&[Photon], &[Photon]) -> bool,
 ) -> Option<String> {
     let (still, answers) = trace(0);
     (1..TRIES).find_map(|attempt| {
@@ -260,7 +256,7 @@ mod tests {
         let params = settings.params(&scene, &scene.cameras[0], 0);
         let paths = Paths { scene: &scene, params: &params, features: Features::ALL, emission: &POWER };
         assert_eq!(paths.camera(1000, 0), paths.camera(1000, 0));
-        assert!(!paths.deposits().is_empty());
+        assert!(!paths.photons().is_empty());
         // A comparer that never differs finds no explanation; one that asks for the same bits soon does.
         assert_eq!(paths.explain_camera(1000, |_, _| false), None);
         let pixels = (0..64 * 36).step_by(50);

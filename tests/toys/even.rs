@@ -33,12 +33,12 @@ pub struct Even<'a>(pub ByPower<'a>);
 impl Emit for Even<'_> {
     #[inline(always)]
     fn sample(&self, rng: &mut Rng) -> EmissionSample {
-        let (place, direction) = (rng.next4(), rng.next4());
+        let (u_position, direction) = (rng.next4(), rng.next4());
         let ByPower { scene, params, features } = self.0;
         let light_count = params.light_count;
-        let row = ((place.x * light_count as f32) as u32).min(light_count - 1);
+        let row = ((u_position.x * light_count as f32) as u32).min(light_count - 1);
         let mut light = scene.lights[row as usize];
         light.pdf_light_choice = 1.0 / light_count as f32;
-        sample_emission(&light, scene, features, place, direction)
+        sample_emission(&light, scene, features, u_position, direction)
     }
 }

@@ -25,10 +25,10 @@ pub fn sample_emission(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
-    place: Vec4,
+    u_position: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    eval_emission(light, scene, features, place, warp::uniform_sphere(direction.x, direction.y)).sample
+    eval_emission(light, scene, features, u_position, warp::uniform_sphere(direction.x, direction.y)).sample
 }
 
 /// A path in a direction.
@@ -37,7 +37,7 @@ pub fn eval_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
-    _place: Vec4,
+    _u_position: Vec4,
     direction: Vec3,
 ) -> EvaluatedEmission {
     let solid_angle = 4.0 * PI / light.pdf_light_choice;

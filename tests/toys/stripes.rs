@@ -1,6 +1,6 @@
-//! Deposits in stripes along x: a toy that shows all that a gather consists of.
+//! Photons in stripes along x: a toy that shows all that a gather consists of.
 //!
-//! Source: none. Cost: a pass over the deposits to count, one to fill; a point reads every deposit of its stripes.
+//! Source: none. Cost: a pass over the photons to count, one to fill; a point reads every photon of its stripes.
 //! Where it is slow: everywhere. It is exact for every radius.
 
 use caustics_kernels::gather::tables::{Build, Tables};
@@ -8,7 +8,7 @@ use caustics_kernels::gather::variant::{Over, Stage, Variant, Words};
 use caustics_kernels::gather::{Gather, Index, Near, Visit};
 use caustics_kernels::platform::{Atomics, Words as _};
 
-/// Deposits in stripes along x.
+/// Photons in stripes along x.
 pub struct Stripes;
 
 /// Stripes; what lies farther along x starts over.
@@ -24,14 +24,14 @@ fn stripe(x: f32) -> i32 {
 impl Index for Stripes {
     const VARIANT: Variant = Variant {
         name: "stripes",
-        description: "deposits in stripes along x: a toy",
-        cost: "a pass over the deposits to count, one to fill; a point reads every deposit of its stripes",
+        description: "photons in stripes along x: a toy",
+        cost: "a pass over the photons to count, one to fill; a point reads every photon of its stripes",
         limitations: "slow everywhere",
         batch: &[
             Stage::Clear(0),
-            Stage::Run(0, "count", Over::Deposits),
+            Stage::Run(0, "count", Over::Photons),
             Stage::Run(1, "scan", Over::Count(1)),
-            Stage::Run(2, "fill", Over::Deposits),
+            Stage::Run(2, "fill", Over::Photons),
         ],
         // Ends of the stripes, behind a zero.
         words: [Words(1, Over::Count(COUNT + 1)), Words::NONE, Words::NONE, Words::NONE],
@@ -41,7 +41,7 @@ impl Index for Stripes {
 
     fn build(stage: u32, index: u32, build: &mut Build<'_>) {
         if stage == 1 {
-            // From counts to first slots, one place on: filling turns them into ends.
+            // From counts to first slots, one slot on: filling turns them into ends.
             let (mut next, mut word) = (0, 1);
             while word <= COUNT {
                 let count = build.index_0.get(word);
@@ -51,12 +51,12 @@ impl Index for Stripes {
             }
             return;
         }
-        let deposit = build.deposit_geometry[index as usize];
-        let word = 1 + (stripe(deposit.position.x) as u32 & (COUNT - 1));
+        let photon = build.photon_geometry[index as usize];
+        let word = 1 + (stripe(photon.position.x) as u32 & (COUNT - 1));
         let slot = build.index_0.add(word, 1);
         if stage == 2 {
-            build.sorted_geometry.write(slot, deposit);
-            build.sorted_light.write(slot, build.deposit_light[index as usize]);
+            build.sorted_geometry.write(slot, photon);
+            build.sorted_light.write(slot, build.photon_light[index as usize]);
         }
     }
 }

@@ -53,7 +53,7 @@ pub struct Inspect {
     pub json: bool,
 }
 
-/// A place in an image (px).
+/// A position in an image (px).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pixel {
     /// Column.

@@ -211,8 +211,8 @@ mod tests {
         let one = jobs(&modules, &two[..1], &[]).unwrap();
         assert!(one.len() >= 30 && all.len() == 2 * one.len(), "{} and {}", one.len(), all.len());
         let collect = jobs(&modules, &two[1..], &["collect".into()]).unwrap();
-        let places: Vec<_> = collect.iter().map(|job| (job.module, job.feature_bits)).collect();
-        assert_eq!(places, [("base.spv", 0), ("rayquery.spv", 0)]);
+        let found: Vec<_> = collect.iter().map(|job| (job.module, job.feature_bits)).collect();
+        assert_eq!(found, [("base.spv", 0), ("rayquery.spv", 0)]);
         let error = jobs(&modules, &two, &["colect".into()]).unwrap_err();
         assert!(error.is::<Usage>() && error.to_string().contains("collect"), "{error}");
     }

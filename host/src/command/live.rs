@@ -99,10 +99,10 @@ impl Viewer {
     fn open(at: &str, output: &Path) -> anyhow::Result<Viewer> {
         let hint =
             || format!("--tev {at}: no viewer answers; start tev, or give where it listens as HOST:PORT");
-        let places = at.to_socket_addrs().with_context(hint)?;
+        let addresses = at.to_socket_addrs().with_context(hint)?;
         let mut result = Err(anyhow!("the name has no address"));
-        for place in places {
-            result = TcpStream::connect_timeout(&place, PATIENCE).map_err(Into::into);
+        for address in addresses {
+            result = TcpStream::connect_timeout(&address, PATIENCE).map_err(Into::into);
             if result.is_ok() {
                 break;
             }

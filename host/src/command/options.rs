@@ -162,8 +162,8 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
         Some(parent) if parent != Path::new("") => parent.canonicalize().ok(),
         _ => Path::new(".").canonicalize().ok(),
     };
-    let is_one_place = a.file_name() == b.file_name() && folder(a).is_some() && folder(a) == folder(b);
-    a == b || is_one_place || is_one_file(a, b)
+    let is_same_path = a.file_name() == b.file_name() && folder(a).is_some() && folder(a) == folder(b);
+    a == b || is_same_path || is_one_file(a, b)
 }
 
 /// Whether two paths lead to one file that exists.

@@ -35,7 +35,7 @@ use std::sync::Arc;
 use anyhow::Context;
 use caustics::experiment::axis::{HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
-use caustics::scene::{self, CameraChoice, Eye, Place, Staged, Viewpoint};
+use caustics::scene::{self, CameraChoice, Eye, Position, Staged, Viewpoint};
 use caustics::threads;
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::choice::PathHistory;
@@ -168,8 +168,8 @@ fn looked_through(staged: &Staged) -> anyhow::Result<CameraChoice> {
     let ["--from", from, "--look-at", look_at, "--fov", fov] = words[..] else {
         return Ok(CameraChoice::Named(name.clone()));
     };
-    let place = |text: &str| text.parse::<Place>().map_err(Usage);
-    let [from, look_at] = [place(from)?, place(look_at)?];
+    let position = |text: &str| text.parse::<Position>().map_err(Usage);
+    let [from, look_at] = [position(from)?, position(look_at)?];
     Ok(CameraChoice::Placed(Viewpoint {
         eye: Some(Eye::At(from)),
         look_at: Some(look_at),

@@ -155,7 +155,7 @@ pub static METHOD: Axis = Axis {
     set: |cell, name| found(method::find(name), &mut cell.method),
 };
 
-/// How deposits and collection points meet.
+/// How photons and collection points meet.
 pub static GATHER: Axis = Axis {
     key: "gather",
     head: "gather",
@@ -461,8 +461,8 @@ impl std::fmt::Display for Paths {
     }
 }
 
-fn found<T>(found: Option<T>, place: &mut T) -> Result<(), String> {
-    *place = found.ok_or_else(String::new)?;
+fn found<T>(found: Option<T>, target: &mut T) -> Result<(), String> {
+    *target = found.ok_or_else(String::new)?;
     Ok(())
 }
 

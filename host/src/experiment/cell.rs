@@ -20,7 +20,7 @@ pub struct Cell {
     pub name: String,
     /// What a frame consists of.
     pub method: &'static Method,
-    /// How deposits and points meet; none where the method chooses no gather.
+    /// How photons and points meet; none where the method chooses no gather.
     pub gather: Option<&'static Variant>,
     /// How light paths start.
     pub emission: &'static Emission,
@@ -72,7 +72,7 @@ pub enum Paths {
 pub enum Radius {
     /// This.
     Px(f32),
-    /// 1, and up to three times as wide where the last frame's deposits were few.
+    /// 1, and up to three times as wide where the last frame's photons were few.
     Auto,
 }
 
@@ -191,8 +191,8 @@ pub fn has_ray_queries(runner: &RunnerChoice) -> bool {
     matches!(runner, RunnerChoice::Gpu { hardware: true, .. })
 }
 
-/// The gather of a runner where nobody asks for another. Where a disc takes most of the deposits, a GPU waits for its invocation
-/// alone: there deposits search the points.
+/// The gather of a runner where nobody asks for another. Where a disc takes most of the photons, a GPU waits for its invocation
+/// alone: there photons search the points.
 pub fn default_gather(runner: &RunnerChoice) -> &'static Variant {
     match runner {
         RunnerChoice::Cpu { .. } => &variant::PHOTONS_GRID,

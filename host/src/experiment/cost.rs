@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `collect` | W H r_c closest hits and W H s_c shadow rays. r_c <= b + 1 vertices of a camera path, about 1 + the probability of a specular first hit + that of a bounce off the first non-specular one, and so on; s_c: one a vertex and class of lobes |
 //! | `shoot` | N r_l closest hits, r_l <= b; 1.6 in a room whose walls reflect half |
-//! | `shoot.store`, `index.*`, `gather.*` | 64 bytes a deposit: written once, moved to its cell, read by each point nearby |
+//! | `shoot.store`, `index.*`, `gather.*` | 64 bytes a photon: written once, moved to its cell, read by each point nearby |
 //! | `reuse`, `validate` | the previous points near each of W H points, at the bytes of the history's buffers a pixel, read once and written once; `validate` also re-traces its share of N r_l rays |
 //! | `resolve`, `display` | 120 and 36 bytes a pixel: a point's 96, its sum of 12, and colours of 12, in and out |
 //!

@@ -115,7 +115,7 @@ pub static FLIP_CAUSTICS: Measure = Measure {
     description: "Mean FLIP of the caustics over the reference's other light",
     limitations: "caustics of a part of the picture are averaged with the rest of it",
     charted: true,
-    of: |seen| seen.mean(|now| flip(now.caustics_in_place.as_ref()?, &seen.truth.whole, seen.exposure)),
+    of: |seen| seen.mean(|now| flip(now.caustics_over_reference.as_ref()?, &seen.truth.whole, seen.exposure)),
 };
 
 /// Relative mean squared error of the image.
@@ -186,7 +186,11 @@ pub static FLICKER_CAUSTICS: Measure = Measure {
     charted: false,
     of: |seen| {
         let change = |now: &MeasuredImage, before: &MeasuredImage| {
-            flip(now.caustics_in_place.as_ref()?, before.caustics_in_place.as_ref()?, seen.exposure)
+            flip(
+                now.caustics_over_reference.as_ref()?,
+                before.caustics_over_reference.as_ref()?,
+                seen.exposure,
+            )
         };
         seen.change(&change)
     },
@@ -252,7 +256,7 @@ pub struct MeasuredImage {
     /// The caustics alone.
     caustics: Option<Pixels>,
     /// The caustics over the reference's other light.
-    caustics_in_place: Option<Pixels>,
+    caustics_over_reference: Option<Pixels>,
     /// Radiance of the caustics.
     radiance: Vec<Vec3>,
     /// Where caustics are seen.
@@ -269,7 +273,7 @@ impl MeasuredImage {
             height: image.height,
             values: values.into_iter().map(Vec3::as_dvec3).collect(),
         };
-        let in_place = || {
+        let over_reference = || {
             let pairs = reference.path.iter().zip(&image.caustics);
             of(pairs.map(|(path, caustics)| *path + *caustics).collect())
         };
@@ -280,7 +284,7 @@ impl MeasuredImage {
         MeasuredImage {
             whole,
             caustics,
-            caustics_in_place: split.then(in_place),
+            caustics_over_reference: split.then(over_reference),
             radiance: image.caustics.clone(),
             region,
             flip: OnceCell::new(),

@@ -159,7 +159,7 @@ fn render(
         }
     }
     let counters = session.counters()?;
-    let faults = [Counter::DepositsDropped, Counter::Clamped, Counter::NonFinite, Counter::MediaOverflow];
+    let faults = [Counter::PhotonsDropped, Counter::Clamped, Counter::NonFinite, Counter::MediaOverflow];
     record.set("faults", Some(faults.map(|fault| counters.get(fault) as f64).iter().sum()));
     for (name, counter) in [
         ("camera_rays", Counter::CameraRays),

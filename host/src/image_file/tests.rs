@@ -46,7 +46,7 @@ fn pictures_come_back_with_layers_and_attributes() {
         caustics: colors(10.0),
         radius: vec![0.25; 6],
         depth: vec![2.0; 6],
-        deposits: vec![7.0; 6],
+        photons: vec![7.0; 6],
         ..RenderedImage::default()
     };
     let bytes =

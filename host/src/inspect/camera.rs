@@ -27,7 +27,7 @@ pub fn path(view: View<'_>, pixel: u32, has_point: bool) -> CameraPath {
         record.end(Event::Ended);
     }
     CameraPath {
-        eye: view.placed(start.ray.origin),
+        eye: view.file_position(start.ray.origin),
         direction: start.ray.direction.to_array(),
         vertices: record.vertices,
         leaves: record.left.map(|ray| ray.direction.to_array()),

@@ -1,9 +1,9 @@
-//! The light path of a deposit.
+//! The light path of a photon.
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light as LightRecord;
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::pass::collect::observer::PathObserver;
@@ -15,19 +15,19 @@ use caustics_kernels::surface::vertex::{Vertex, vertex};
 use caustics_kernels::trace::Tracer;
 use glam::Vec3;
 
-use super::deposits::Found;
+use super::photons::Found;
 use super::record::Record;
 use super::view::View;
 use super::{Event, Light, LightPath};
 
-/// Writes down a light path up to a deposit.
+/// Writes down a light path up to a photon.
 struct Follow<'a> {
     record: Record<'a>,
     emission: Option<EmissionSample>,
     /// What the path carries (W).
     flux: Vec3,
     light_path_count: u32,
-    /// Scatterings before the deposit.
+    /// Scatterings before the photon.
     scatterings: u32,
     is_done: bool,
 }
@@ -53,7 +53,7 @@ impl Receive for Follow<'_> {
         }
     }
 
-    fn receive(&mut self, (): &mut (), geometry: DepositGeometry, _light: DepositLight) {
+    fn receive(&mut self, (): &mut (), geometry: PhotonGeometry, _light: PhotonLight) {
         if geometry.scatterings == self.scatterings {
             self.record.end(Event::Deposit);
             self.is_done = true;
@@ -61,7 +61,7 @@ impl Receive for Follow<'_> {
     }
 }
 
-/// Traces the light path of a deposit.
+/// Traces the light path of a photon.
 pub fn path(view: View<'_>, emit: &(dyn Emit + Sync), found: &Found) -> LightPath {
     let View { scene, params, features } = view;
     let mut follow = Follow {
@@ -78,7 +78,7 @@ pub fn path(view: View<'_>, emit: &(dyn Emit + Sync), found: &Found) -> LightPat
     LightPath {
         path: found.path,
         light: light(view, &emission),
-        start: view.placed(emission.ray.origin),
+        start: view.file_position(emission.ray.origin),
         direction: emission.ray.direction.to_array(),
         flux: (emission.flux / params.light_path_count as f32).to_array(),
         vertices: follow.record.vertices,

@@ -8,9 +8,9 @@ use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_kernels::light::emit::Emit;
 
-use super::deposits::{Found, Taker, choose};
+use super::photons::{Found, Taker, choose};
 use super::view::View;
-use super::{Deposits, Inspection, LightPath, camera, light};
+use super::{Inspection, LightPath, Photons, camera, light};
 use crate::runner::RunError;
 use crate::scene::Scene;
 use crate::session::last::{Last, Starts};
@@ -34,7 +34,7 @@ impl Group {
 }
 
 impl Session {
-    /// Looks into a pixel of the last frame; `scene` is the one that it showed. Of the deposits that the pixel's point took,
+    /// Looks into a pixel of the last frame; `scene` is the one that it showed. Of the photons that the pixel's point took,
     /// at most `light_paths` are told, each with its light path: spread over all of them, more densely where they give more. To
     /// find them, all light paths of the frame are traced again on the CPU.
     ///
@@ -76,20 +76,20 @@ impl Session {
                 let words = self.read::<u32>("accumulator")?;
                 let gathered = words[((pixel + 1) * accumulator::WORDS - 1) as usize];
                 let (deposits, paths) = self.taken(&last, &taker, light_paths)?;
-                inspection.deposits = Some(Deposits { gathered, ..deposits });
+                inspection.deposits = Some(Photons { gathered, ..deposits });
                 inspection.light_paths = paths;
             }
         }
         Ok(inspection)
     }
 
-    /// Finds the deposits of a point again, and the light paths of some.
+    /// Finds the photons of a point again, and the light paths of some.
     fn taken(
         &mut self,
         last: &Last,
         taker: &Taker<'_>,
         max_count: usize,
-    ) -> Result<(Deposits, Vec<LightPath>), SessionError> {
+    ) -> Result<(Photons, Vec<LightPath>), SessionError> {
         let groups = if taker.geometry.exists() { self.groups(last)? } else { Vec::new() };
         let mut found: Vec<Found> = Vec::new();
         for Group { paths, starts } in &groups {
@@ -106,7 +106,7 @@ impl Session {
         let traced = groups.iter().map(|group| group.paths.len() as u32).sum();
         let all = if taker.geometry.exists() { last.params.light_path_count } else { 0 };
         let (flux, radiance) = taker.sum(&found);
-        let deposits = Deposits {
+        let deposits = Photons {
             gathered: 0,
             count: found.len() as u32,
             light_paths: traced,

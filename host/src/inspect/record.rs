@@ -58,7 +58,7 @@ impl<'a> Record<'a> {
         let mut carried = channels.filter(|(_, carries)| *carries > 0.0).map(|(name, _)| name);
         let only = carried.next().filter(|_| carried.next().is_none());
         Vertex {
-            position: self.view.placed(here.position),
+            position: self.view.file_position(here.position),
             normal: here.face_normal.to_array(),
             event,
             lobes: Vec::new(),

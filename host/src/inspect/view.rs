@@ -19,7 +19,7 @@ pub struct View<'a> {
 
 impl View<'_> {
     /// A position in the file's coordinates (m).
-    pub fn placed(&self, position: Vec3) -> [f64; 3] {
+    pub fn file_position(&self, position: Vec3) -> [f64; 3] {
         (position.as_dvec3() + self.scene.origin).to_array()
     }
 }

@@ -85,7 +85,7 @@ pub(crate) fn passes() -> Vec<&'static Pass> {
         height: 1,
         light_path_count: 1,
         light_path_batch: 1,
-        deposit_capacity: 1,
+        photon_capacity: 1,
         light_count: 1,
         moved: 1,
         ..FrameParams::default()

@@ -17,7 +17,7 @@ pub fn quantile(values: &[f64], part: f64) -> f64 {
     }
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let place = part.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
-    let below = sorted[place.floor() as usize];
-    below + (sorted[place.ceil() as usize] - below) * place.fract()
+    let rank = part.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
+    let below = sorted[rank.floor() as usize];
+    below + (sorted[rank.ceil() as usize] - below) * rank.fract()
 }

@@ -12,7 +12,7 @@ use super::EncodeError;
 /// Where the attributes begin: behind magic number and version (bytes).
 const START: usize = 8;
 
-/// Name of the attribute that holds the CRC-32 of the file, taken with zeros in its own place.
+/// Name of the attribute that holds the CRC-32 of the file, taken with zeros in its own value.
 pub const CHECKSUM: &str = "crc32";
 /// Its value before it is known: as long as the checksum in hexadecimal digits.
 const UNKNOWN: &str = "00000000";
@@ -27,27 +27,27 @@ pub fn decode(text: &Text) -> String {
     String::from_utf8(text.bytes().to_vec()).unwrap_or_else(|_| text.to_string())
 }
 
-/// The place of the checksum that is not yet known: a name and a value.
+/// The attribute of the checksum that is not yet known: a name and a value.
 pub fn unknown_checksum() -> (Text, AttributeValue) {
     (text(CHECKSUM), AttributeValue::Text(text(UNKNOWN)))
 }
 
-/// Writes the checksum into its place.
+/// Writes the checksum into its attribute.
 ///
 /// # Errors
 ///
-/// If the header has no such place.
+/// If the header has no such attribute.
 pub fn seal(mut bytes: Vec<u8>) -> Result<Vec<u8>, EncodeError> {
-    let place = checksum_at(&bytes).ok_or(EncodeError::Header("no place for a checksum"))?;
+    let offset = checksum_at(&bytes).ok_or(EncodeError::Header("no attribute for a checksum"))?;
     let checksum = format!("{:08x}", crc32fast::hash(&bytes));
-    bytes[place..place + UNKNOWN.len()].copy_from_slice(checksum.as_bytes());
+    bytes[offset..offset + UNKNOWN.len()].copy_from_slice(checksum.as_bytes());
     Ok(bytes)
 }
 
 /// Whether a file is the one that was sealed, to the last bit; none of a file without a checksum.
 pub fn is_whole(bytes: &[u8]) -> Option<bool> {
-    let place = checksum_at(bytes)?;
-    let (head, rest) = bytes.split_at(place);
+    let offset = checksum_at(bytes)?;
+    let (head, rest) = bytes.split_at(offset);
     let (known, tail) = rest.split_at(UNKNOWN.len());
     let mut hasher = crc32fast::Hasher::new();
     for part in [head, UNKNOWN.as_bytes(), tail] {

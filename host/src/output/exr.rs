@@ -1,4 +1,4 @@
-//! Scene-linear EXR: beauty as R, G, B; layers by channel names: `path`, `caustics`, `points`, `deposits` of a gather,
+//! Scene-linear EXR: beauty as R, G, B; layers by channel names: `path`, `caustics`, `points`, `photons` of a gather,
 //! `variance` (of the mean of beauty) and `samples` of a mean;
 //! what other tools ask for ([`Auxiliary`](crate::rendered_image::Auxiliary)).
 
@@ -45,7 +45,7 @@ pub fn encode(
     }
     number("points.radius", image.radius.clone());
     number("points.depth", image.depth.clone());
-    number("deposits.count", image.deposits.clone());
+    number("deposits.count", image.photons.clone());
     number("samples.count", vec![samples as f32; variance.len()]);
     for (name, values) in image.auxiliary.channels() {
         number(&name, values);

@@ -117,7 +117,7 @@ impl Target {
         let mut file = BufWriter::new(&mut self.part.file);
         let written = write(&mut file).and_then(|()| file.flush());
         drop(file);
-        let done = written.and_then(|()| self.part.place(&self.name, self.force)).or_else(|error| {
+        let done = written.and_then(|()| self.part.rename_to(&self.name, self.force)).or_else(|error| {
             // Its folder was removed, and the temporary file with it.
             if error.kind() != ErrorKind::NotFound || !self.part.folder.is_removed() {
                 return Err(error);
@@ -127,7 +127,7 @@ impl Target {
             let mut again = Part::new(Folder::open(folder)?)?;
             self.part.file.rewind()?;
             std::io::copy(&mut self.part.file, &mut again.file)?;
-            again.place(&self.name, self.force)
+            again.rename_to(&self.name, self.force)
         });
         done.map_err(|source| match source.kind() {
             ErrorKind::AlreadyExists => TargetError::Exists(self.path.clone()),
@@ -145,11 +145,11 @@ pub(super) fn folder(path: &Path) -> &Path {
 }
 
 /// A temporary file that is locked as long as it is in use, and by that told from one that a killed run left. It is removed with
-/// this unless it was placed.
+/// this unless it was renamed.
 #[derive(Debug)]
 struct Part {
     folder: Arc<Folder>,
-    /// Its name; none once it has its place.
+    /// Its name; none once it has its final name.
     name: Option<OsString>,
     file: File,
 }
@@ -176,7 +176,7 @@ impl Part {
     }
 
     /// Gives it its name.
-    fn place(&mut self, name: &OsStr, force: bool) -> std::io::Result<()> {
+    fn rename_to(&mut self, name: &OsStr, force: bool) -> std::io::Result<()> {
         // A name must not be there before its bytes are, whatever happens to the machine.
         self.file.sync_all()?;
         #[cfg(unix)]

@@ -59,7 +59,7 @@ pub struct Auxiliary {
 impl Auxiliary {
     /// From what the kernels say of pixels, in a scene whose coordinates are relative to `origin` (m).
     pub fn new(pixels: &[Pixel], origin: DVec3) -> Auxiliary {
-        let placed = |pixel: &Pixel| (pixel.position.as_dvec3() + origin).as_vec3();
+        let file_position = |pixel: &Pixel| (pixel.position.as_dvec3() + origin).as_vec3();
         let is_there = |pixel: &Pixel| pixel.depth > 0.0;
         let material = |pixel: &Pixel| if is_there(pixel) { pixel.material as f32 } else { NO_MATERIAL };
         Auxiliary {
@@ -68,7 +68,7 @@ impl Auxiliary {
             depth: pixels.iter().map(|pixel| pixel.depth).collect(),
             position: pixels
                 .iter()
-                .map(|pixel| if is_there(pixel) { placed(pixel) } else { Vec3::ZERO })
+                .map(|pixel| if is_there(pixel) { file_position(pixel) } else { Vec3::ZERO })
                 .collect(),
             motion: pixels.iter().map(|pixel| pixel.motion).collect(),
             material: pixels.iter().map(material).collect(),

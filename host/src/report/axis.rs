@@ -1,6 +1,6 @@
 //! Axes: where a value stands, and which ticks are drawn.
 
-/// How values become places.
+/// How values become positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal steps are equally long.
@@ -61,7 +61,7 @@ impl Axis {
     }
 
     /// Where a value is drawn (px).
-    pub fn place(&self, value: f64) -> f64 {
+    pub fn position(&self, value: f64) -> f64 {
         let part = match self.scale {
             // Differences of logarithms: a ratio may be beyond all numbers.
             Scale::Log => (value.ln() - self.low.ln()) / (self.high.ln() - self.low.ln()),
@@ -166,7 +166,7 @@ mod tests {
                 let axis = Axis::around(scale, [low, high].into_iter(), 0.0, 100.0).unwrap();
                 let ticks = axis.ticks();
                 assert!(ticks.len() < 120, "{low} to {high}: {} ticks", ticks.len());
-                assert!(ticks.iter().all(|tick| axis.place(tick.value).is_finite()), "{low} to {high}");
+                assert!(ticks.iter().all(|tick| axis.position(tick.value).is_finite()), "{low} to {high}");
             }
         }
         assert!((3..=13).contains(&labels_of(1e-300, 0.5).len()));
@@ -180,12 +180,12 @@ mod tests {
     #[test]
     fn equal_ratios_are_equally_long_and_all_values_are_inside() {
         let axis = Axis::around(Scale::Log, [10.0, 1000.0, 0.0, f64::NAN].into_iter(), 0.0, 100.0).unwrap();
-        let [a, b, c] = [10.0, 100.0, 1000.0].map(|value| axis.place(value));
+        let [a, b, c] = [10.0, 100.0, 1000.0].map(|value| axis.position(value));
         assert!((2.0 * b - a - c).abs() < 1e-9 && a > 0.0 && c < 100.0);
         let one = Axis::around(Scale::Log, [7.0].into_iter(), 0.0, 100.0).unwrap();
-        assert!((one.place(7.0) - 50.0).abs() < 1e-9);
+        assert!((one.position(7.0) - 50.0).abs() < 1e-9);
         assert!(Axis::around(Scale::Log, [0.0, -1.0].into_iter(), 0.0, 1.0).is_none());
         let linear = Axis::around(Scale::Linear, [2.0, 4.0].into_iter(), 0.0, 100.0).unwrap();
-        assert_eq!(linear.place(0.0), 0.0);
+        assert_eq!(linear.position(0.0), 0.0);
     }
 }

@@ -116,8 +116,8 @@ fn draw(lines: &[Line], names: &Names, measure: &Drawn, size: Size) -> Option<Dr
 }
 
 fn draw_line(line: &Line, names: &Names, measure: &Drawn, x: &Axis, y: &Axis) -> Markup {
-    let place = |point: &(f64, f64)| (at(x.place(point.0)), at(y.place(point.1)));
-    let path: Vec<String> = line.points.iter().map(place).map(|(x, y)| format!("{x},{y}")).collect();
+    let position = |point: &(f64, f64)| (at(x.position(point.0)), at(y.position(point.1)));
+    let path: Vec<String> = line.points.iter().map(position).map(|(x, y)| format!("{x},{y}")).collect();
     let values = || line.points.iter().map(|point| point.1);
     let mean = values().sum::<f64>() / line.points.len() as f64;
     let (low, high) =
@@ -138,7 +138,7 @@ fn draw_line(line: &Line, names: &Names, measure: &Drawn, x: &Axis, y: &Axis) ->
             title { (whole) }
             polyline class={ "line " (line.color) } stroke-dasharray=(line.dash) points=(path.join(" ")) {}
             @for (index, point) in line.points.iter().enumerate() {
-                @let (left, top) = place(point);
+                @let (left, top) = position(point);
                 @let tip = format!("{}\nframe {}: {} {}", line.name, point.0, measure.axis, number(point.1));
                 g data-x=(left) data-y=(top) data-tip=(tip) transform={ "translate(" (left) " " (top) ")" } {
                     @if index % every == 0 {

@@ -111,17 +111,17 @@ pub fn growth(cells: &[Measured]) -> Option<(Vec<Figure>, Table)> {
 }
 
 /// What a series is of: its name, and one run of one program on one machine.
-type Place<'a> = (Name, &'a Path, [&'a str; 4]);
+type SeriesKey<'a> = (Name, &'a Path, [&'a str; 4]);
 
 fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
-    let mut series: BTreeMap<Place, Vec<(f64, &CellTime)>> = BTreeMap::new();
+    let mut series: BTreeMap<SeriesKey, Vec<(f64, &CellTime)>> = BTreeMap::new();
     for cell in cells {
         let Some(time) = &cell.result.time else { continue };
         let Some(name) = name(&cell.result.cell, time, quantity) else { continue };
         let Provenance { commit, kernels, device, machine, .. } = &cell.result.provenance;
         let origin = [commit, kernels, device, machine].map(String::as_str);
-        let place = (name, cell.folder.as_path(), origin);
-        series.entry(place).or_default().push(((quantity.of)(&cell.result.cell, time), time));
+        let key = (name, cell.folder.as_path(), origin);
+        series.entry(key).or_default().push(((quantity.of)(&cell.result.cell, time), time));
     }
     let mut all = Vec::new();
     for ((cell, ..), mut points) in series {
@@ -290,15 +290,15 @@ fn draw(growth: &Growth, size: Size) -> Option<Drawing> {
 
 fn draw_part(growth: &Growth, part: &Part, rank: usize, x: &Axis, y: &Axis) -> Markup {
     let points: Vec<(f64, f64)> = growth.values.iter().copied().zip(part.ms.iter().copied()).collect();
-    let place = |(value, ms): (f64, f64)| (at(x.place(value)), at(y.place(ms)));
+    let position = |(value, ms): (f64, f64)| (at(x.position(value)), at(y.position(ms)));
     let line: Vec<String> =
-        points.iter().map(|point| place(*point)).map(|(x, y)| format!("{x},{y}")).collect();
+        points.iter().map(|point| position(*point)).map(|(x, y)| format!("{x},{y}")).collect();
     let class = color(rank);
     let Slope { exponent, standard_error } = part.whole;
     html! {
         polyline class={ "line " (class) } points=(line.join(" ")) {}
         @for point in &points {
-            @let (left, top) = place(*point);
+            @let (left, top) = position(*point);
             @let tip = format!(
                 "{}\n{} {}: {} ms\nexponent {exponent:.2} ± {standard_error:.2}",
                 part.name, short(point.0), growth.quantity.name, number(point.1)

@@ -26,12 +26,12 @@ pub fn size(cell: &Measured) -> String {
     time.or_else(error).map_or(String::new(), |(width, height)| format!("{width}×{height}"))
 }
 
-/// What is told apart by colour and shape: all that decides how a frame is rendered, but for numbers and places.
+/// What is told apart by colour and shape: all that decides how a frame is rendered, but for numbers and positions.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Series {
     /// Method, history and filter: the colour.
     pub kind: String,
-    /// How deposits and points meet: the shape; empty where there is none.
+    /// How photons and points meet: the shape; empty where there is none.
     pub gather: String,
 }
 

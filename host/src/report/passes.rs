@@ -110,9 +110,9 @@ fn draw(bars: &[Bar], kinds: &[String], size: Size) -> Option<Drawing> {
     let x = Axis::around(Scale::Linear, longest, 2.0, width - 74.0)?;
     let content = html! {
         @for tick in x.ticks() {
-            @let place = at(x.place(tick.value));
-            line class="grid" x1=(place) x2=(place) y1=(top) y2=(bottom + 4.0) {}
-            text x=(place) y=(bottom + 20.0) text-anchor=(if tick.value == 0.0 { "start" } else { "middle" }) {
+            @let position = at(x.position(tick.value));
+            line class="grid" x1=(position) x2=(position) y1=(top) y2=(bottom + 4.0) {}
+            text x=(position) y=(bottom + 20.0) text-anchor=(if tick.value == 0.0 { "start" } else { "middle" }) {
                 (short(tick.value))
             }
         }
@@ -141,16 +141,16 @@ fn draw_bar(bar: &Bar, kinds: &[String], x: &Axis, top: f64) -> Markup {
     html! {
         g class="bar" tabindex="0" role="img" data-tip=(tip) {
             title { (tip) }
-            rect class="hit" fill="transparent" x="0" y=(at(top)) width=(at(x.place(sum))) height=(ROW.0) {}
+            rect class="hit" fill="transparent" x="0" y=(at(top)) width=(at(x.position(sum))) height=(ROW.0) {}
             text x="2" y=(at(top + 14.0)) { (bar.name) }
             @for (rank, (kind, (from, to))) in kinds.iter().zip(&spans).enumerate() {
                 @if to > from {
-                    @let (left, right) = (x.place(*from), x.place(*to));
+                    @let (left, right) = (x.position(*from), x.position(*to));
                     rect class=(color(rank, kind)) x=(at(left)) y=(at(top + 19.0)) height=(ROW.1)
                         width=(at((right - left - 1.0).max(0.5))) {}
                 }
             }
-            text x=(at(x.place(sum) + 6.0)) y=(at(top + 33.0)) { (number(bar.total)) " ms" }
+            text x=(at(x.position(sum) + 6.0)) y=(at(top + 33.0)) { (number(bar.total)) " ms" }
         }
     }
 }

@@ -42,17 +42,17 @@ impl Area {
         let class = |labelled| if labelled { "grid" } else { "grid minor" };
         html! {
             @for tick in x.ticks() {
-                @let place = at(x.place(tick.value));
-                line class=(class(tick.labelled)) x1=(place) x2=(place) y1=(top) y2=(bottom) {}
+                @let position = at(x.position(tick.value));
+                line class=(class(tick.labelled)) x1=(position) x2=(position) y1=(top) y2=(bottom) {}
                 @if tick.labelled {
-                    text x=(place) y=(bottom + 18.0) text-anchor="middle" { (short(tick.value)) }
+                    text x=(position) y=(bottom + 18.0) text-anchor="middle" { (short(tick.value)) }
                 }
             }
             @for tick in y.ticks() {
-                @let place = y.place(tick.value);
-                line class=(class(tick.labelled)) x1=(left) x2=(right) y1=(at(place)) y2=(at(place)) {}
+                @let position = y.position(tick.value);
+                line class=(class(tick.labelled)) x1=(left) x2=(right) y1=(at(position)) y2=(at(position)) {}
                 @if tick.labelled {
-                    text x=(left - 8.0) y=(at(place + 4.5)) text-anchor="end" { (short(tick.value)) }
+                    text x=(left - 8.0) y=(at(position + 4.5)) text-anchor="end" { (short(tick.value)) }
                 }
             }
             line class="axis" x1=(left) x2=(right) y1=(bottom) y2=(bottom) {}

@@ -36,7 +36,7 @@
     tip.hidden = true;
   }
 
-  // The mark nearest to a place of the window, if it is near enough.
+  // The mark nearest to a position of the window, if it is near enough.
   function nearest(chart, x, y) {
     const from = chart.getScreenCTM();
     let best = null;

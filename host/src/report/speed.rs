@@ -154,11 +154,11 @@ fn draw(
     Drawing { width: size.width(), height: size.height(), content }
 }
 
-/// How sure the mark's place is.
+/// How sure the mark's position is.
 fn bars(mark: &Mark, area: &Area, x: &Axis, y: &Axis) -> Markup {
-    let (left, top) = (at(x.place(mark.ms)), at(y.place(mark.error)));
-    let within_x = |ms: f64| at(x.place(ms).clamp(area.left, area.right));
-    let within_y = |error: f64| at(y.place(error).clamp(area.top, area.bottom));
+    let (left, top) = (at(x.position(mark.ms)), at(y.position(mark.error)));
+    let within_x = |ms: f64| at(x.position(ms).clamp(area.left, area.right));
+    let within_y = |error: f64| at(y.position(error).clamp(area.top, area.bottom));
     let mut path = String::new();
     if let Some(time) = &mark.cell.result.time {
         // A time of 0 has no logarithm.
@@ -174,7 +174,7 @@ fn bars(mark: &Mark, area: &Area, x: &Axis, y: &Axis) -> Markup {
 
 fn draw_mark(mark: &Mark, names: &Names, x: &Axis, y: &Axis) -> Markup {
     let config = &mark.cell.result.cell;
-    let (left, top) = (at(x.place(mark.ms)), at(y.place(mark.error)));
+    let (left, top) = (at(x.position(mark.ms)), at(y.position(mark.error)));
     let hollow = if config.text(&FEATURES) == "all" { " hollow" } else { "" };
     let mut tip = tip(mark.cell, names);
     if mark.is_on_front {
@@ -212,9 +212,10 @@ fn families(marks: &[Mark], names: &Names) -> Vec<Vec<usize>> {
 }
 
 fn line(family: &[usize], marks: &[Mark], names: &Names, x: &Axis, y: &Axis) -> Markup {
-    let place =
-        |&index: &usize| format!("{},{}", at(x.place(marks[index].ms)), at(y.place(marks[index].error)));
-    let points: Vec<String> = family.iter().map(place).collect();
+    let position = |&index: &usize| {
+        format!("{},{}", at(x.position(marks[index].ms)), at(y.position(marks[index].error)))
+    };
+    let points: Vec<String> = family.iter().map(position).collect();
     let series = marks[family[0]].series;
     html! {
         polyline class={ "family " (names.color(series)) } data-series=(series) points=(points.join(" ")) {}
@@ -225,7 +226,7 @@ fn line(family: &[usize], marks: &[Mark], names: &Names, x: &Axis, y: &Axis) -> 
 fn stairs(front: &[usize], index: usize, marks: &[Mark], area: &Area, x: &Axis, y: &Axis) -> Markup {
     let mut path = String::new();
     for &index in front {
-        let (left, top) = (at(x.place(marks[index].ms)), at(y.place(marks[index].error)));
+        let (left, top) = (at(x.position(marks[index].ms)), at(y.position(marks[index].error)));
         path += &if path.is_empty() {
             format!("M{left} {} V{top}", area.top)
         } else {

@@ -15,7 +15,7 @@ pub struct Stability {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mode {
-    /// Its place in the list, from 1.
+    /// Its position in the list, from 1.
     pub number: u32,
     /// Its name.
     pub name: String,

@@ -9,7 +9,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 
 use super::{RunError, Runner, StepTime};
-use crate::scene::instanced::Placement;
+use crate::scene::instanced::InstanceTransform;
 use crate::threads;
 use caustics_kernels::declare::{BufferSpec, Step};
 
@@ -60,7 +60,7 @@ impl Runner for CpuRunner {
         self.stop = Arc::clone(flag);
     }
 
-    fn place(&mut self, _: &[Placement], _: &[usize]) -> Result<(), RunError> {
+    fn set_instances(&mut self, _: &[InstanceTransform], _: &[usize]) -> Result<(), RunError> {
         // The BVH is a buffer.
         Ok(())
     }

@@ -4,14 +4,14 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use caustics_kernels::gather::variant::Side;
-use caustics_kernels::interface::counters::DepositState;
+use caustics_kernels::interface::counters::PhotonState;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::texture::cut_out::SOME_ARE_NOT_THERE;
 
 use super::{RunError, Runner, StepTime};
-use crate::scene::instanced::{Instanced, Placement};
+use crate::scene::instanced::{InstanceTransform, Instanced};
 use crate::vulkan::bound::{BoundPipeline, Resources};
 use crate::vulkan::buffer::{Buffer, Purpose};
 use crate::vulkan::context::Context;
@@ -21,7 +21,7 @@ use crate::vulkan::memory::Memory;
 use crate::vulkan::passes::{DeviceOptions, Kernels, Passes};
 use crate::vulkan::primitives::Primitives;
 use crate::vulkan::recorder::Recorder;
-use crate::vulkan::structure::{Hierarchy, Part, Placed};
+use crate::vulkan::structure::{Hierarchy, Part, TlasInstance};
 use caustics_kernels::declare::{BufferSpec, Step};
 
 const SCENE_STRUCTURE: &str = "scene_structure";
@@ -38,7 +38,7 @@ pub struct GpuRunner {
     memory: Arc<Memory>,
     context: Arc<Context>,
     // Instances, as the structure has them.
-    placements: Vec<Placement>,
+    instance_transforms: Vec<InstanceTransform>,
 }
 
 impl GpuRunner {
@@ -62,7 +62,8 @@ impl GpuRunner {
             buffers: allocate(&memory, buffers, tables)?,
             structures: HashMap::new(),
         };
-        let mut runner = GpuRunner { frame, passes, resources, memory, context, placements: Vec::new() };
+        let mut runner =
+            GpuRunner { frame, passes, resources, memory, context, instance_transforms: Vec::new() };
         runner.clear_all()?;
         for (name, bytes) in tables {
             runner.upload(name, 0, bytes)?;
@@ -98,11 +99,16 @@ impl GpuRunner {
         let meshes =
             meshes.map(|mesh| Part { buffer, first: mesh.first.into(), capacity: mesh.count.into() });
         let parts: Vec<Part<'_>> = std::iter::once(world).chain(meshes).collect();
-        let placements = instanced.placements();
-        let mut scene =
-            Hierarchy::from_parts(memory, SCENE_STRUCTURE, kind, &parts, placements.len() as u32 + 1)?;
-        scene.place(&placed(placements))?;
-        self.placements = placements.to_vec();
+        let instance_transforms = instanced.instance_transforms();
+        let mut scene = Hierarchy::from_parts(
+            memory,
+            SCENE_STRUCTURE,
+            kind,
+            &parts,
+            instance_transforms.len() as u32 + 1,
+        )?;
+        scene.set_instances(&tlas_instances(instance_transforms))?;
+        self.instance_transforms = instance_transforms.to_vec();
         let count = instanced.still as u32;
         self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build(&scene, count))?;
         structures.insert(SCENE_STRUCTURE, scene);
@@ -127,19 +133,19 @@ impl GpuRunner {
         Ok(())
     }
 
-    /// Runs steps in one submission, of which only the first may have to know how many deposits there are.
+    /// Runs steps in one submission, of which only the first may have to know how many photons there are.
     fn submit(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError> {
-        let deposits = match steps.first() {
+        let photons = match steps.first() {
             Some(Step::Structure { side: Side::Photons, count }) => {
-                let state: Vec<u32> = bytemuck::pod_collect_to_vec(&self.read("deposit_state")?);
-                state[DepositState::Stored as usize].min(*count)
+                let state: Vec<u32> = bytemuck::pod_collect_to_vec(&self.read("photon_state")?);
+                state[PhotonState::Stored as usize].min(*count)
             }
             _ => 0,
         };
         let GpuRunner { frame, passes, resources, .. } = self;
         let actions = steps
             .iter()
-            .map(|step| resolve(passes, resources, step, deposits))
+            .map(|step| resolve(passes, resources, step, photons))
             .collect::<Result<Vec<_>, _>>()?;
         let labels: Vec<_> = steps.iter().map(Step::label).collect();
         let uniform = resources.buffers.get(PARAMS).ok_or_else(|| unknown(PARAMS))?;
@@ -169,17 +175,21 @@ impl Runner for GpuRunner {
         Ok(self.upload(buffer, offset, bytes)?)
     }
 
-    fn place(&mut self, placements: &[Placement], deformed: &[usize]) -> Result<(), RunError> {
+    fn set_instances(
+        &mut self,
+        instance_transforms: &[InstanceTransform],
+        deformed: &[usize],
+    ) -> Result<(), RunError> {
         let Some(scene) = self.resources.structures.get_mut(SCENE_STRUCTURE) else { return Ok(()) };
-        if deformed.is_empty() && *placements == *self.placements {
+        if deformed.is_empty() && *instance_transforms == *self.instance_transforms {
             return Ok(());
         }
-        scene.place(&placed(placements))?;
+        scene.set_instances(&tlas_instances(instance_transforms))?;
         let scene = &*scene;
         // The world is the first part.
         let parts: Vec<usize> = deformed.iter().map(|mesh| mesh + 1).collect();
         self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build_again(scene, &parts))?;
-        self.placements = placements.to_vec();
+        self.instance_transforms = instance_transforms.to_vec();
         Ok(())
     }
 
@@ -198,7 +208,7 @@ impl Runner for GpuRunner {
             self.make_neighbour_structure(step)?;
         }
         self.passes.prepare(names, &self.resources)?;
-        // How many boxes there are of deposits is known only when they are there: such a build starts a submission.
+        // How many boxes there are of photons is known only when they are there: such a build starts a submission.
         let waits = |step: &Step| matches!(step, Step::Structure { side: Side::Photons, .. });
         let mut times = Vec::with_capacity(steps.len());
         let mut rest = steps;
@@ -213,10 +223,10 @@ impl Runner for GpuRunner {
 }
 
 /// Instances of the scene's structure: the world, and those that can be seen.
-fn placed(placements: &[Placement]) -> Vec<Placed> {
-    let world = Placed { part: 0, to_world: Transform::IDENTITY, custom_index: 0 };
-    let shown = (1..).zip(placements).filter_map(|(custom_index, placement)| {
-        Some(Placed { part: placement.mesh + 1, to_world: placement.to_world?, custom_index })
+fn tlas_instances(instance_transforms: &[InstanceTransform]) -> Vec<TlasInstance> {
+    let world = TlasInstance { part: 0, to_world: Transform::IDENTITY, custom_index: 0 };
+    let shown = (1..).zip(instance_transforms).filter_map(|(custom_index, instance)| {
+        Some(TlasInstance { part: instance.mesh + 1, to_world: instance.to_world?, custom_index })
     });
     std::iter::once(world).chain(shown).collect()
 }
@@ -242,7 +252,7 @@ fn resolve<'a>(
     passes: &'a Passes,
     resources: &'a Resources,
     step: &'a Step,
-    deposits: u32,
+    photons: u32,
 ) -> Result<Action<'a>, VulkanError> {
     match step {
         Step::Dispatch { pass, dispatch, .. } => {
@@ -254,7 +264,7 @@ fn resolve<'a>(
         Step::Structure { side, count } => {
             let neighbours = resources.structures.get(NEIGHBOUR_STRUCTURE);
             let neighbours = neighbours.ok_or_else(|| VulkanError::NotHardware { step: step.label() })?;
-            let count = if *side == Side::Photons { deposits } else { *count };
+            let count = if *side == Side::Photons { photons } else { *count };
             neighbours.check(count)?;
             Ok(Action::Build(neighbours, count))
         }

@@ -8,7 +8,7 @@ const LOOKS: u32 = 8;
 /// Which part of a node's transform keys set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Path {
-    /// Its place (m).
+    /// Its translation (m).
     Translation,
     /// Its rotation, a quaternion.
     Rotation,
@@ -92,7 +92,7 @@ fn hermite(from: DVec4, leave: DVec4, to: DVec4, arrive: DVec4, t: f64) -> DVec4
 /// A node's own transform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Local {
-    /// Place (m).
+    /// Translation (m).
     pub translation: DVec3,
     /// Rotation of any length above zero.
     pub rotation: DQuat,
@@ -200,7 +200,7 @@ impl Morph {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Nodes {
     /// From each node to the world.
-    pub places: Vec<DAffine3>,
+    pub to_world: Vec<DAffine3>,
     /// Weights of each node's morph targets.
     pub weights: Vec<Vec<f64>>,
 }
@@ -220,16 +220,16 @@ impl Node {
 }
 
 impl NodeTree {
-    /// Where every node is at a time (s), or the index of the one whose place is not finite.
+    /// Where every node is at a time (s), or the index of the one whose transform is not finite.
     pub fn at(&self, time: f64) -> Result<Nodes, usize> {
-        let mut places: Vec<DAffine3> = Vec::with_capacity(self.joints.len());
+        let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.joints.len());
         for (id, joint) in self.joints.iter().enumerate() {
-            let parent = joint.parent.map_or(DAffine3::IDENTITY, |parent| places[parent]);
-            let place = joint.local.at(time).map(|local| parent * local);
-            places.push(place.filter(DAffine3::is_finite).ok_or(id)?);
+            let parent = joint.parent.map_or(DAffine3::IDENTITY, |parent| to_world[parent]);
+            let node_to_world = joint.local.at(time).map(|local| parent * local);
+            to_world.push(node_to_world.filter(DAffine3::is_finite).ok_or(id)?);
         }
         let weights = self.joints.iter().map(|joint| joint.morph.at(time)).collect();
-        Ok(Nodes { places, weights })
+        Ok(Nodes { to_world, weights })
     }
 
     /// A node and those above it.
@@ -348,6 +348,6 @@ mod tests {
             ],
         };
         assert_eq!(rig.duration(), 1.0);
-        assert_eq!(rig.at(0.5).unwrap().places[1].translation, DVec3::new(2.0, 1.0, 0.0));
+        assert_eq!(rig.at(0.5).unwrap().to_world[1].translation, DVec3::new(2.0, 1.0, 0.0));
     }
 }

@@ -89,20 +89,20 @@ fn clusters(edges: &[[u32; 2]], points: &[Vec3], tolerance: f64) -> HashMap<u32,
 
 /// The pieces of these edges between the points of the edges that lie on them by `tolerance` (m).
 fn cut(edges: &[[u32; 2]], points: &[Vec3], tolerance: f64) -> Vec<[u32; 2]> {
-    let place = |id: u32| points[id as usize].as_dvec3();
+    let position = |id: u32| points[id as usize].as_dvec3();
     let mut ids: Vec<u32> = edges.iter().flatten().copied().collect();
     ids.sort_unstable();
     ids.dedup();
     // Points along each axis: an edge is compared with those beside it along the axis on which they are fewest.
     let along: [Vec<(f64, u32)>; 3] = [0, 1, 2].map(|axis| {
-        let mut along: Vec<_> = ids.iter().map(|&id| (place(id)[axis], id)).collect();
+        let mut along: Vec<_> = ids.iter().map(|&id| (position(id)[axis], id)).collect();
         along.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         along
     });
     let mut comparisons = 0;
     let mut pieces = Vec::with_capacity(edges.len());
     for &[from, to] in edges {
-        let (start, end) = (place(from), place(to));
+        let (start, end) = (position(from), position(to));
         let [low, high] = [start.min(end) - tolerance, start.max(end) + tolerance];
         let beside = |axis: usize| {
             let first = along[axis].partition_point(|(at, _)| *at < low[axis]);
@@ -119,7 +119,7 @@ fn cut(edges: &[[u32; 2]], points: &[Vec3], tolerance: f64) -> Vec<[u32; 2]> {
         let way = end - start;
         let length = way.length();
         let on_edge = |&(_, id): &(f64, u32)| {
-            let offset = place(id) - start;
+            let offset = position(id) - start;
             let at = offset.dot(way) / length;
             let is_between = at > tolerance && at < length - tolerance;
             let is_on = (offset - way * (at / length)).length_squared() <= tolerance * tolerance;

@@ -204,7 +204,7 @@ impl Shape {
         if !each_once || !counts.iter().all(fits) || held != triangles || children.is_empty() {
             return false;
         }
-        let mut leaf_is_placed = vec![false; counts.len()];
+        let mut leaf_is_used = vec![false; counts.len()];
         // Levels of nodes down to each, itself included; 0 where no parent is known.
         let mut depths = vec![0_u32; children.len()];
         depths[0] = 1;
@@ -215,19 +215,19 @@ impl Shape {
                 return false;
             }
             for &child in lanes {
-                let is_placed = if child & LEAF != 0 {
-                    let leaf = leaf_is_placed.get_mut((child & !LEAF) as usize);
-                    leaf.is_none_or(|is_placed| std::mem::replace(is_placed, true))
+                let is_used = if child & LEAF != 0 {
+                    let leaf = leaf_is_used.get_mut((child & !LEAF) as usize);
+                    leaf.is_none_or(|is_used| std::mem::replace(is_used, true))
                 } else {
                     let behind = depths.get_mut(child as usize).filter(|_| child as usize > id);
                     behind.is_none_or(|below| std::mem::replace(below, depth + 1) != 0)
                 };
-                if is_placed {
+                if is_used {
                     return false;
                 }
             }
         }
-        leaf_is_placed.iter().all(|is_placed| *is_placed)
+        leaf_is_used.iter().all(|is_used| *is_used)
     }
 
     /// The BVH of these triangles. It must be sound.

@@ -19,7 +19,7 @@ use super::{Scene, bvh, geometry};
 const WORTH: f32 = 0.1;
 /// Slices of a box in which planes are looked for.
 const BINS: usize = 32;
-/// Triangles of a mesh that stands still, in all its places, beyond which a box a place must do.
+/// Triangles of a mesh that stands still, in all its instances, beyond which a box an instance must do.
 const MAX_PIECES: usize = 1 << 20;
 
 /// The cuts that a scene was asked for, by their thresholds.
@@ -36,7 +36,7 @@ impl Clone for Cuts {
 #[derive(Debug, Default)]
 pub struct Cut(Vec<(usize, Caster)>);
 
-/// What a part holds whole: a triangle, or the box around a mesh that is stored once for many places.
+/// What a part holds whole: a triangle, or the box around a mesh that is stored once for many instances.
 #[derive(Clone, Copy)]
 enum Piece {
     Triangle([Vec3; 3]),
@@ -77,8 +77,8 @@ impl Scene {
             }
         };
         let mut casters = Casters { count: cut.0.len() as u32, ..Casters::default() };
-        for (place, &(instance, sphere)) in casters.spheres.iter_mut().zip(&cut.0) {
-            *place = self.posed(instance, sphere);
+        for (slot, &(instance, sphere)) in casters.spheres.iter_mut().zip(&cut.0) {
+            *slot = self.posed(instance, sphere);
         }
         casters
     }
@@ -86,7 +86,9 @@ impl Scene {
     /// A sphere of an instance in the world.
     fn posed(&self, instance: usize, sphere: Caster) -> Caster {
         let Some(id) = instance.checked_sub(1) else { return sphere };
-        let Some(to_world) = self.instanced.placements()[id].to_world else { return Caster::default() };
+        let Some(to_world) = self.instanced.instance_transforms()[id].to_world else {
+            return Caster::default();
+        };
         let radius = sphere.radius * stretch(&to_world) * (1.0 + 1e-6);
         Caster { centre: to_world.point(sphere.centre), radius }
     }
@@ -120,7 +122,7 @@ impl Cut {
                     let bounds = || rows().map(|id| bvh::bounds(&scene.triangles[id]));
                     let own =
                         boxes.entry(mesh).or_insert_with(|| bounds().reduce(|all, next| all.union(&next)));
-                    let to_world = scene.instanced.placements()[instance - 1].to_world;
+                    let to_world = scene.instanced.instance_transforms()[instance - 1].to_world;
                     still
                         .extend(own.zip(to_world).map(|(own, to_world)| Piece::Box(around(&own, &to_world))));
                 }

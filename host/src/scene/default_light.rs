@@ -48,9 +48,9 @@ impl Scene {
         let shape = LightShape::Spot { direction: Vec3::NEG_Z, inner: CONE[0], outer: CONE[1] };
         let intensity = Vec3::splat(IRRADIANCE * (distance * distance) as f32);
         let what = PunctualLight { position: Vec3::ZERO, intensity, shape };
-        let place = DAffine3::from_rotation_translation(rotation, translation);
+        let to_world = DAffine3::from_rotation_translation(rotation, translation);
         match &mut self.motion {
-            None => self.punctual_lights.extend(what.placed(&place, self.origin)),
+            None => self.punctual_lights.extend(what.placed(&to_world, self.origin)),
             Some(motion) => {
                 let joint = self.rig.joints.len();
                 let local = Local { translation, rotation, ..Local::default() };
@@ -143,10 +143,10 @@ mod tests {
         scene.add_default_light().unwrap();
         let before = scene.lights.clone();
         scene.pose(0.5).unwrap();
-        let places = |lights: &[caustics_kernels::interface::light::Light]| {
+        let directions = |lights: &[caustics_kernels::interface::light::Light]| {
             lights.iter().map(|light| (light.direction, light.emission)).collect::<Vec<_>>()
         };
-        assert_eq!(places(&before), places(&scene.lights));
+        assert_eq!(directions(&before), directions(&scene.lights));
         assert_eq!(before.len(), 2);
     }
 }

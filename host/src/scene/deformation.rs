@@ -54,7 +54,7 @@ impl Deformation {
 
     /// Its vertices where nodes are like this: in the world with a skin, else in the space of its node.
     pub fn deform(&self, nodes: &Nodes) -> Vec<Corner> {
-        let joint = |(node, bound): &(usize, DAffine3)| nodes.places[*node] * *bound;
+        let joint = |(node, bound): &(usize, DAffine3)| nodes.to_world[*node] * *bound;
         let joints: Vec<DAffine3> = self.joints.iter().map(joint).collect();
         let weights = nodes.weights.get(self.node).map_or(&[][..], Vec::as_slice);
         let deform = |id: usize| {
@@ -94,18 +94,18 @@ impl Pull {
     /// A vertex where the joints bring it: linear blend skinning.
     fn pulled(&self, vertex: &Corner, joints: &[DAffine3]) -> Corner {
         let sum: f64 = self.weights.iter().map(|&weight| f64::from(weight)).sum();
-        let mut place = joints[self.joints[0] as usize];
+        let mut blended = joints[self.joints[0] as usize];
         if sum > 0.0 {
-            place = DAffine3 { matrix3: DMat3::ZERO, translation: DVec3::ZERO };
+            blended = DAffine3 { matrix3: DMat3::ZERO, translation: DVec3::ZERO };
             for (&joint, &weight) in
                 self.joints.iter().zip(&self.weights).filter(|(_, weight)| **weight != 0.0)
             {
                 let (share, joint) = (f64::from(weight) / sum, joints[joint as usize]);
-                place.matrix3 += joint.matrix3 * share;
-                place.translation += joint.translation * share;
+                blended.matrix3 += joint.matrix3 * share;
+                blended.translation += joint.translation * share;
             }
         }
-        let turn = place.matrix3.inverse().transpose();
-        vertex.placed(&place, &turn)
+        let turn = blended.matrix3.inverse().transpose();
+        vertex.placed(&blended, &turn)
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::viewpoint::{Eye, Place, Viewpoint};
+use super::viewpoint::{Eye, Position, Viewpoint};
 use super::{SceneError, viewpoint};
 use crate::exact;
 use crate::file::read_head;
@@ -63,7 +63,7 @@ pub struct NodeEdit {
     /// Its name; if it has another, the edits are of another file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Place in its parent's space (m).
+    /// Translation in its parent's space (m).
     #[serde(default, deserialize_with = "exact::optional", skip_serializing_if = "Option::is_none")]
     pub translation: Option<[f64; 3]>,
     /// Rotation, a quaternion x, y, z, w of any length above 1e-6.
@@ -101,10 +101,10 @@ pub enum EditsError {
     #[error("it would take {0}; edit fewer nodes, at fewer times")]
     Memory(#[from] Short),
     /// A value cannot be used.
-    #[error("{place} {what}")]
+    #[error("{path} {what}")]
     Value {
         /// Where it stands.
-        place: String,
+        path: String,
         /// What is wrong.
         what: &'static str,
     },
@@ -189,7 +189,7 @@ impl CameraEdit {
     }
 
     fn whole(&self) -> viewpoint::Whole {
-        let [from, look_at] = [self.from, self.look_at].map(|place| Place(place.into()));
+        let [from, look_at] = [self.from, self.look_at].map(|position| Position(position.into()));
         viewpoint::Whole { from, look_at, field: self.fov }
     }
 }

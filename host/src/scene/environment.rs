@@ -109,7 +109,7 @@ pub struct EnvironmentTables {
 
 impl EnvironmentTables {
     /// Its light comes from all around these points (m).
-    pub(super) fn place(&mut self, hull: &[DVec3]) {
+    pub(super) fn enclose(&mut self, hull: &[DVec3]) {
         let Some(row) = self.rows.first_mut() else { return };
         let corners = || hull.iter().copied();
         let (low, high) =
@@ -166,7 +166,7 @@ impl Scene {
     /// The brightness of the image over directions as a pyramid, and the mean radiance. `width` is that of the image (texels).
     fn brightness(&self, width: u32) -> (Vec<f32>, DVec3) {
         let tables = self.tables();
-        // A texel of the map is as wide as 1/1800 of a turn; two places of it a texel of the image.
+        // A texel of the map is as wide as 1/1800 of a turn; two points of it a texel of the image.
         let steps = (width * 2).div_ceil(1800).clamp(1, 8);
         let mut cdf = vec![0.0; Map::NODES as usize];
         let texels = &mut cdf[..Map::TEXELS as usize];
@@ -195,7 +195,7 @@ impl Scene {
         for level in 1..=Map::TOP {
             for index in 0..Map::count(level, 1) {
                 let node = Map::node(level, index);
-                cdf[node.place as usize] = node.below.iter().map(|&below| cdf[below as usize]).sum();
+                cdf[node.slot as usize] = node.below.iter().map(|&below| cdf[below as usize]).sum();
             }
         }
         (cdf, mean)

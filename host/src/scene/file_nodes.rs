@@ -15,7 +15,7 @@ pub struct FileNode {
     pub name: Option<String>,
     /// The node that it is below.
     pub parent: Option<usize>,
-    /// Its place in its parent's space (m), before any animation or edit.
+    /// Its translation in its parent's space (m), before any animation or edit.
     pub translation: DVec3,
     /// Its rotation there, of unit length.
     pub rotation: DQuat,
@@ -68,13 +68,13 @@ impl Scene {
     }
 
     /// From the space of a node of the file, by its index, to the world (m) at a time (s), in the file's coordinates, with
-    /// animations and edits; none if there is no such node, or a place is not finite then.
-    pub fn place_of_node(&self, node: usize, time: f64) -> Option<DAffine3> {
+    /// animations and edits; none if there is no such node, or a transform is not finite then.
+    pub fn node_to_world(&self, node: usize, time: f64) -> Option<DAffine3> {
         let of_file = |of_file: &OfFile| of_file.index == node;
         let joint = self.rig.joints.iter().position(|joint| joint.of_file.as_ref().is_some_and(of_file))?;
         let mut chain = self.rig.upwards(joint);
-        let place = chain.try_fold(DAffine3::IDENTITY, |below, node| Some(node.local.at(time)? * below));
-        place.filter(DAffine3::is_finite)
+        let to_world = chain.try_fold(DAffine3::IDENTITY, |below, node| Some(node.local.at(time)? * below));
+        to_world.filter(DAffine3::is_finite)
     }
 
     /// Names of the nodes whose cameras, lights and meshes move.

@@ -10,7 +10,7 @@ use gltf::json::validation::Checked;
 
 use self::document::Document;
 use self::geometry::Geometry;
-use self::node::PlacedMesh;
+use self::node::WorldMesh;
 use self::options::LoadOptions;
 use self::sharing::Sharing;
 use super::motion::Motion;
@@ -101,29 +101,28 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
     meshopt::decompress(&mut document)?;
     draco::decompress(&mut document)?;
     colors::bake(&mut document)?;
-    let placed = node::place(&mut document)?;
+    let world = node::read(&mut document)?;
 
     // Take memory before anything large is decoded; textures say what a mesh has to carry.
-    let sharing = Sharing::plan(&mut document, &placed.meshes)?;
+    let sharing = Sharing::plan(&mut document, &world.meshes)?;
     let texture::Read { mut parts, mappings } = texture::read(&mut document)?;
-    let mut geometry = Geometry::read(&mut document, &placed, &mappings, &sharing)?;
+    let mut geometry = Geometry::read(&mut document, &world, &mappings, &sharing)?;
 
     if geometry.is_empty() {
-        return Err(nothing_to_see(&document, &placed.meshes));
+        return Err(nothing_to_see(&document, &world.meshes));
     }
 
     // Bring everything into a world around its origin.
-    let origin = geometry.centre(&placed.nodes);
+    let origin = geometry.centre(&world.nodes);
     let (triangles, surfaces) = geometry.rows(origin);
     if !parts.textures.is_empty() {
         parts.coordinates = geometry.coordinates();
     }
-    let (lights, cameras) = (placed.lights_around(file, origin)?, placed.cameras_around(origin));
+    let (lights, cameras) = (world.lights_around(file, origin)?, world.cameras_around(origin));
     let (materials, material_names) = material::read_all(&mut document)?;
     material::name_blended_media(&mut document, &materials, &material_names, &parts);
-    let moves = placed.rig.joints.iter().any(|joint| joint.moves || !joint.morph.channels.is_empty());
-    let motion =
-        moves.then_some(Motion { file: file.into(), cameras: placed.cameras, lights: placed.lights });
+    let moves = world.rig.joints.iter().any(|joint| joint.moves || !joint.morph.channels.is_empty());
+    let motion = moves.then_some(Motion { file: file.into(), cameras: world.cameras, lights: world.lights });
 
     let textures = parts;
     let name = file.clone();
@@ -140,7 +139,7 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
         origin,
         owners,
         instanced: geometry.into_instanced(),
-        rig: placed.rig,
+        rig: world.rig,
         motion,
         bounds: None,
         bvh: document.options.bvh.clone(),
@@ -162,7 +161,7 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
 }
 
 /// The error of a document without triangles.
-fn nothing_to_see(document: &Document, meshes: &[PlacedMesh]) -> SceneError {
+fn nothing_to_see(document: &Document, meshes: &[WorldMesh]) -> SceneError {
     let modes = meshes.iter().filter_map(|mesh| document.root.meshes.get(mesh.mesh.value()));
     let mut modes = modes.flat_map(|mesh| &mesh.primitives).map(|primitive| primitive.mode);
     let is_thin = modes.any(|mode| {

@@ -23,11 +23,11 @@ const MANY: usize = 1 << 22;
 pub enum Stand {
     /// A node, by its index; it may move.
     Node(usize),
-    /// A place in the world, from the mesh's node's space.
+    /// A fixed transform to the world, from the mesh's node's space.
     Still(DAffine3),
 }
 
-/// A mesh in a place.
+/// An instance of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshInstance {
     /// Index of the mesh.
@@ -39,10 +39,10 @@ pub struct MeshInstance {
 }
 
 impl MeshInstance {
-    /// From the mesh's node's space to the world, where nodes are like this; a node that has no place yet is the world's.
-    pub fn place(&self, nodes: &Nodes) -> DAffine3 {
+    /// From the mesh's node's space to the world, where nodes are like this; a node that has no transform yet is the world's.
+    pub fn world_transform(&self, nodes: &Nodes) -> DAffine3 {
         match self.stand {
-            Stand::Node(node) => nodes.places.get(node).copied().unwrap_or_default(),
+            Stand::Node(node) => nodes.to_world.get(node).copied().unwrap_or_default(),
             Stand::Still(to_world) => to_world,
         }
     }
@@ -58,7 +58,7 @@ impl MeshInstance {
 
 /// Where an instance stands, for structures that are built over the mesh's own triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
+pub struct InstanceTransform {
     /// Index of its mesh.
     pub mesh: usize,
     /// From the mesh's own space to the world; none while a scale of zero hides it.
@@ -79,9 +79,9 @@ pub struct Instanced {
     /// Box of the triangles of the world (m).
     still_bounds: Option<Aabb>,
     /// From each mesh's own space to the world, at the pose at hand; none before the first.
-    places: Vec<Option<DAffine3>>,
+    to_world: Vec<Option<DAffine3>>,
     /// Those that can be seen.
-    placements: Vec<Placement>,
+    instance_transforms: Vec<InstanceTransform>,
 }
 
 impl Instanced {
@@ -107,7 +107,7 @@ impl Instanced {
     pub fn triangles<'a>(&'a self, nodes: &'a Nodes) -> impl Iterator<Item = [DVec3; 3]> + 'a {
         let all =
             self.instances.iter().map(|instance| self.meshes[instance.mesh].count as usize).sum::<usize>();
-        let shown = self.instances.iter().map(|instance| (instance, instance.place(nodes)));
+        let shown = self.instances.iter().map(|instance| (instance, instance.world_transform(nodes)));
         let shown = shown.filter(|(_, to_world)| !is_singular(to_world));
         shown.flat_map(move |(instance, to_world)| {
             let mesh = &self.meshes[instance.mesh];
@@ -122,8 +122,8 @@ impl Instanced {
     }
 
     /// Where the instances stand at the pose at hand, for structures over them.
-    pub fn placements(&self) -> &[Placement] {
-        &self.placements
+    pub fn instance_transforms(&self) -> &[InstanceTransform] {
+        &self.instance_transforms
     }
 
     /// Rows of the triangles of an instance, by its row among the instances; the first is the world.
@@ -148,16 +148,16 @@ impl Instanced {
             let moving = if moves { id as u32 + 1 } else { 0 };
             Instance { root: mesh.nodes.start as u32, first: mesh.first, moving, ..Instance::default() }
         }));
-        self.places = vec![None; self.instances.len()];
+        self.to_world = vec![None; self.instances.len()];
     }
 
     /// Forgets the pose at hand: the next one has none before it.
     pub(super) fn forget(&mut self) {
-        self.places.fill(None);
+        self.to_world.fill(None);
     }
 
     /// Brings a scene's instances, and the BVH above them, to where nodes are like this and meshes are deformed to these vertices.
-    pub(super) fn place(&mut self, scene: &mut Scene, nodes: &Nodes, deformed: &[(usize, Vec<Corner>)]) {
+    pub(super) fn set_pose(&mut self, scene: &mut Scene, nodes: &Nodes, deformed: &[(usize, Vec<Corner>)]) {
         if self.instances.is_empty() {
             return;
         }
@@ -168,38 +168,38 @@ impl Instanced {
         if let Some(bounds) = self.still_bounds {
             leaves.push(Leaf { bounds, child: self.top as u32 });
         }
-        self.placements.clear();
+        self.instance_transforms.clear();
         for (id, instance) in self.instances.iter().enumerate() {
             let mesh = &self.meshes[instance.mesh];
-            let to_world = DAffine3::from_translation(-scene.origin) * instance.place(nodes);
-            let place = to_world * DAffine3::from_translation(mesh.centre);
-            let before = self.places[id].replace(place);
-            let is_hidden = is_hidden(&place);
-            let shown = (!is_hidden).then(|| transform(&place));
-            self.placements.push(Placement { mesh: instance.mesh, to_world: shown });
+            let to_world = DAffine3::from_translation(-scene.origin) * instance.world_transform(nodes);
+            let object_to_world = to_world * DAffine3::from_translation(mesh.centre);
+            let before = self.to_world[id].replace(object_to_world);
+            let is_hidden = is_hidden(&object_to_world);
+            let shown = (!is_hidden).then(|| transform(&object_to_world));
+            self.instance_transforms.push(InstanceTransform { mesh: instance.mesh, to_world: shown });
             let row = &mut scene.instances[id + 1];
             let Instance { root, first, moving, .. } = *row;
             *row = Instance { root, first, moving, ..Instance::default() };
             if is_hidden {
                 continue;
             }
-            let to_object = place.inverse();
-            (row.to_object, row.to_world) = (transform(&to_object), transform(&place));
+            let to_object = object_to_world.inverse();
+            (row.to_object, row.to_world) = (transform(&to_object), transform(&object_to_world));
             row.to_previous = before.map_or(Transform::IDENTITY, |before| transform(&(before * to_object)));
             if mesh.deformation.is_some() && before.is_some() {
                 row.to_previous = Transform::NOWHERE;
             }
-            row.orientation = if place.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
+            row.orientation = if object_to_world.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
             leaves.push(Leaf { bounds: bounds(mesh, to_world), child: INSTANCE | (id as u32 + 1) });
         }
         top::build(&mut scene.nodes[..self.top], leaves);
     }
 
     /// Where an instance stands at the pose at hand, by its row; none of one that is hidden.
-    fn place_of(&self, instance: u32) -> Option<DAffine3> {
+    fn object_to_world(&self, instance: u32) -> Option<DAffine3> {
         match (instance as usize).checked_sub(1) {
             None => Some(DAffine3::IDENTITY),
-            Some(id) => self.places[id].filter(|place| !is_hidden(place)),
+            Some(id) => self.to_world[id].filter(|object_to_world| !is_hidden(object_to_world)),
         }
     }
 }
@@ -212,9 +212,16 @@ impl Scene {
         if instance == 0 {
             return row;
         }
-        let Some(place) = self.instanced.place_of(instance) else { return Triangle::default() };
-        let [a, b, c] = geometry::corners(&row).map(|corner| place.transform_point3(corner).as_vec3());
-        if place.matrix3.determinant() < 0.0 { Triangle { a, b: c, c: b } } else { Triangle { a, b, c } }
+        let Some(object_to_world) = self.instanced.object_to_world(instance) else {
+            return Triangle::default();
+        };
+        let [a, b, c] =
+            geometry::corners(&row).map(|corner| object_to_world.transform_point3(corner).as_vec3());
+        if object_to_world.matrix3.determinant() < 0.0 {
+            Triangle { a, b: c, c: b }
+        } else {
+            Triangle { a, b, c }
+        }
     }
 
     /// Points (m) around all that can be met at the pose at hand: the corners of the world's triangles, and those of boxes
@@ -224,8 +231,8 @@ impl Scene {
         let world = self.triangles[..*still].iter().flat_map(geometry::corners);
         let shown = (1..).zip(instances).filter_map(|(row, instance)| {
             let mesh = &meshes[instance.mesh];
-            let place = self.instanced.place_of(row)? * DAffine3::from_translation(-mesh.centre);
-            Some(mesh.hull(place))
+            let to_world = self.instanced.object_to_world(row)? * DAffine3::from_translation(-mesh.centre);
+            Some(mesh.hull(to_world))
         });
         world.chain(shown.flatten()).collect()
     }
@@ -240,17 +247,17 @@ fn bounds(mesh: &Mesh, to_world: DAffine3) -> Aabb {
 }
 
 /// Whether a scale is zero, or so near that f32 cannot carry the inverse.
-fn is_hidden(place: &DAffine3) -> bool {
-    let inverse = place.inverse();
+fn is_hidden(object_to_world: &DAffine3) -> bool {
+    let inverse = object_to_world.inverse();
     let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
-    is_singular(place) || columns.into_iter().any(|axis: DVec3| axis.length() > 1e9)
+    is_singular(object_to_world) || columns.into_iter().any(|axis: DVec3| axis.length() > 1e9)
 }
 
-fn transform(place: &DAffine3) -> Transform {
+fn transform(object_to_world: &DAffine3) -> Transform {
     Transform {
-        x: place.x_axis.as_vec3(),
-        y: place.y_axis.as_vec3(),
-        z: place.z_axis.as_vec3(),
-        offset: place.translation.as_vec3(),
+        x: object_to_world.x_axis.as_vec3(),
+        y: object_to_world.y_axis.as_vec3(),
+        z: object_to_world.z_axis.as_vec3(),
+        offset: object_to_world.translation.as_vec3(),
     }
 }

@@ -46,7 +46,7 @@ pub fn emitters(scene: &Scene) -> Vec<Emitter> {
         });
         emitters.filter(|emitter| emitter.mean.element_sum() > 0.0)
     };
-    // A mesh that stands in several places does not emit.
+    // A mesh that has several instances does not emit.
     let (uses, instances) = (scene.instanced.uses(), &scene.instanced.instances);
     let alone = (1..).zip(instances).filter(|(_, instance)| uses[instance.mesh] == 1).map(|(row, _)| row);
     std::iter::once(0).chain(alone).flat_map(of_instance).collect()

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::animation::Nodes;
 use super::instanced::Instanced;
 use super::mesh::Mesh;
-use super::priorities::{self, Placed};
+use super::priorities::{self, WorldSolid};
 use super::solids::Solids;
 use super::{Scene, geometry};
 
@@ -33,8 +33,8 @@ pub struct Media {
     /// The world, then the instances that have media.
     holders: Vec<Holder>,
     /// Solids of all holders; all open surfaces of a material are one.
-    placed: Vec<Placed>,
-    /// Index among `placed` of each solid of each surface of each holder.
+    world_solids: Vec<WorldSolid>,
+    /// Index among `world_solids` of each solid of each surface of each holder.
     of_holders: Vec<u32>,
     /// Records whose surface is open.
     open: Vec<bool>,
@@ -83,14 +83,14 @@ impl Media {
         let mut open = HashMap::new();
         media.hold(None, 0, 1.0, Some(DAffine3::IDENTITY), &mut open);
         for (id, instance) in instanced.instances.iter().enumerate() {
-            let place = instance.place(nodes);
+            let to_world = instance.world_transform(nodes);
             // A mesh that hides at time 0 is as large as in its own space.
-            let scale = place.matrix3.determinant().abs();
+            let scale = to_world.matrix3.determinant().abs();
             let scale = if scale > 0.0 { scale } else { 1.0 };
             let mesh = &instanced.meshes[instance.mesh];
             let moves = instance.node().is_some() || mesh.deformation.is_some();
             let to_world =
-                DAffine3::from_translation(-origin) * place * DAffine3::from_translation(mesh.centre);
+                DAffine3::from_translation(-origin) * to_world * DAffine3::from_translation(mesh.centre);
             media.hold(Some(id), instance.mesh + 1, scale, (!moves).then_some(to_world), &mut open);
         }
         media
@@ -113,19 +113,22 @@ impl Media {
         for Surface { material, solids, .. } in &self.surfaces[surfaces] {
             match &to_world {
                 None => self.moving += solids.boxes.len(),
-                Some(place) => self.boxes.extend(solids.boxes.iter().map(|bounds| around(bounds, place))),
+                Some(to_world) => {
+                    self.boxes.extend(solids.boxes.iter().map(|bounds| around(bounds, to_world)))
+                }
             }
             for solid in &solids.solids {
                 let size = scale * solid.size;
-                let fresh = self.placed.len() as u32;
+                let fresh = self.world_solids.len() as u32;
                 let index = if solid.is_open { *open.entry(*material).or_insert(fresh) } else { fresh };
                 self.of_holders.push(index);
-                if let Some(there) = self.placed.get_mut(index as usize) {
+                if let Some(there) = self.world_solids.get_mut(index as usize) {
                     there.size = there.size.max(size);
                     continue;
                 }
-                let bounds = to_world.filter(|_| !solid.is_open).map(|place| around(&solid.bounds, &place));
-                self.placed.push(Placed { material: *material, size, bounds });
+                let bounds =
+                    to_world.filter(|_| !solid.is_open).map(|to_world| around(&solid.bounds, &to_world));
+                self.world_solids.push(WorldSolid { material: *material, size, bounds });
             }
         }
     }
@@ -141,14 +144,15 @@ impl Media {
     ) {
         materials.iter_mut().zip(0..).for_each(|(material, id)| material.medium = id);
         let (records, levels) = self.records(materials, textures);
-        if self.placed.iter().zip(&records).any(|(solid, &record)| solid.material != record) {
+        if self.world_solids.iter().zip(&records).any(|(solid, &record)| solid.material != record) {
             self.assign(&records, surfaces, instanced);
         }
         self.mark(&records, materials);
 
-        let placed = self.placed.iter().zip(&records);
-        let placed: Vec<_> = placed.map(|(solid, &material)| Placed { material, ..*solid }).collect();
-        let sizes = priorities::sizes(&placed, materials.len());
+        let world_solids = self.world_solids.iter().zip(&records);
+        let world_solids: Vec<_> =
+            world_solids.map(|(solid, &material)| WorldSolid { material, ..*solid }).collect();
+        let sizes = priorities::sizes(&world_solids, materials.len());
         let mut order = priorities::by_largest(materials, &sizes);
         order.sort_by_key(|&id| (materials[id].priority, levels[id]));
         materials.iter_mut().for_each(|material| material.priority = 0);
@@ -163,9 +167,9 @@ impl Media {
         materials: &mut Vec<Material>,
         textures: &mut Vec<MaterialTextures>,
     ) -> (Vec<u32>, Vec<u32>) {
-        let mut of_solids = priorities::levels(&self.placed, materials);
+        let mut of_solids = priorities::levels(&self.world_solids, materials);
         let with_levels = |of_solids: &[u32]| -> BTreeSet<(u32, u32)> {
-            self.placed.iter().zip(of_solids).map(|(solid, &level)| (solid.material, level)).collect()
+            self.world_solids.iter().zip(of_solids).map(|(solid, &level)| (solid.material, level)).collect()
         };
         let mut needed = with_levels(&of_solids);
         if materials.len() + needed.len() > MAX_MATERIALS && of_solids.iter().any(|&level| level > 0) {
@@ -190,7 +194,7 @@ impl Media {
             levels[record as usize] = level;
             of_levels.insert((material, level), record);
         }
-        let solids = self.placed.iter().zip(of_solids);
+        let solids = self.world_solids.iter().zip(of_solids);
         (solids.map(|(solid, level)| of_levels[&(solid.material, level)]).collect(), levels)
     }
 
@@ -228,7 +232,7 @@ impl Media {
         }
     }
 
-    /// Indices among `placed` of the solids of a holder.
+    /// Indices among `world_solids` of the solids of a holder.
     fn solids_of(&self, holder: &Holder) -> impl Iterator<Item = usize> + '_ {
         let count: usize = self.surfaces[holder.surfaces].iter().map(|own| own.solids.solids.len()).sum();
         self.of_holders[holder.first..][..count].iter().map(|&index| index as usize)
@@ -238,11 +242,11 @@ impl Media {
     fn mark(&mut self, records: &[u32], materials: &mut [Material]) {
         (self.open, self.inside_out) = (vec![false; materials.len()], vec![false; materials.len()]);
         for holder in &self.holders {
-            let mut placed = self.solids_of(holder).collect::<Vec<_>>().into_iter();
+            let mut world_solids = self.solids_of(holder).collect::<Vec<_>>().into_iter();
             for own in &self.surfaces[holder.surfaces] {
                 // Volume, and whether something is open, by record.
                 let mut of_records: BTreeMap<u32, (f64, bool)> = BTreeMap::new();
-                for (solid, id) in own.solids.solids.iter().zip(placed.by_ref()) {
+                for (solid, id) in own.solids.solids.iter().zip(world_solids.by_ref()) {
                     let (volume, is_open) = of_records.entry(records[id]).or_default();
                     *volume += solid.volume;
                     *is_open |= solid.is_open;
@@ -333,9 +337,9 @@ fn set(surfaces: &[Surface], of_solids: &[u32], mut then: impl FnMut(usize, u32)
 }
 
 /// The box around a box that is placed (m).
-fn around(bounds: &[Vec3; 2], place: &DAffine3) -> [Vec3; 2] {
+fn around(bounds: &[Vec3; 2], to_world: &DAffine3) -> [Vec3; 2] {
     let corners = geometry::corners_of_box(bounds.map(|p| p.as_dvec3()));
-    geometry::box_around(corners.into_iter().map(|p| place.transform_point3(p))).map(|p| p.as_vec3())
+    geometry::box_around(corners.into_iter().map(|p| to_world.transform_point3(p))).map(|p| p.as_vec3())
 }
 
 /// Whether two of the boxes meet.

@@ -75,10 +75,11 @@ impl Mesh {
     /// Its triangles where nodes are like this, placed (m), before rows are made of it.
     pub fn triangles_at(&self, nodes: &Nodes, to_world: DAffine3) -> Vec<[DVec3; 3]> {
         let deformed = self.deformation.as_ref().map(|deformation| (deformation, deformation.deform(nodes)));
-        let place = |corners: [Corner; 3]| corners.map(|corner| to_world.transform_point3(corner.position));
+        let transformed =
+            |corners: [Corner; 3]| corners.map(|corner| to_world.transform_point3(corner.position));
         match &deformed {
-            None => self.corners.iter().copied().map(place).collect(),
-            Some((deformation, vertices)) => deformation.corners(vertices).map(place).collect(),
+            None => self.corners.iter().copied().map(transformed).collect(),
+            Some((deformation, vertices)) => deformation.corners(vertices).map(transformed).collect(),
         }
     }
 

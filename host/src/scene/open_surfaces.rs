@@ -21,7 +21,7 @@ use super::{Scene, geometry};
 const WALKS: u32 = 2048;
 /// Faces that each of them meets, at most.
 const MAX_FACES: u32 = 16;
-/// Faces that they start from, at most: what is stored once may stand in thousands of places.
+/// Faces that they start from, at most: what is stored once may have thousands of instances.
 const MAX_STARTS: usize = 1 << 20;
 /// An open surface hangs where one in so many walks comes round its border to the wrong side,
 const ROUND: u32 = 100;
@@ -68,8 +68,8 @@ impl Scene {
             let [face, u, v, side] = rng.next4().to_array();
             let at = areas.partition_point(|&up_to| up_to <= f64::from(face) * area);
             let Some(face) = faces.get(at) else { return End::Consistent };
-            let place = place(face, warp::uniform_triangle(u, v).to_array());
-            self.walk(material, place, side < 0.5, &mut rng)
+            let triangle_point = triangle_point(face, warp::uniform_triangle(u, v).to_array());
+            self.walk(material, triangle_point, side < 0.5, &mut rng)
         });
         let ends: Vec<End> = ends.collect();
         let count = |end| ends.iter().filter(|&&found| found == end).count() as u32;
@@ -116,7 +116,7 @@ impl Scene {
 }
 
 /// A point of a triangle, its normal and clearance.
-fn place(triangle: &Triangle, [u, v]: [f32; 2]) -> (Vec3, Vec3, f32) {
+fn triangle_point(triangle: &Triangle, [u, v]: [f32; 2]) -> (Vec3, Vec3, f32) {
     let (b, c) = (triangle.b - triangle.a, triangle.c - triangle.a);
     let magnitude = offset::magnitude(triangle.a, triangle.b, triangle.c);
     (triangle.a + b * u + c * v, b.cross(c).normalize(), offset::clearance(magnitude))

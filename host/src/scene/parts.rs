@@ -160,7 +160,7 @@ impl SceneParts {
         self.check_instances()
     }
 
-    /// Refuses instances of no mesh, and a mesh that emits in several places.
+    /// Refuses instances of no mesh, and a mesh that emits in several instances.
     fn check_instances(&self) -> Result<(), SceneError> {
         let Instanced { meshes, instances, .. } = &self.instanced;
         if let Some(instance) = instances.iter().find(|instance| instance.mesh >= meshes.len()) {

@@ -57,7 +57,7 @@ impl Scene {
     /// Writes the light table, and its ids into the triangles that emit.
     fn light(&mut self, punctual_lights: &[PunctualLight]) {
         let hull = if self.asks_for_its_hull(punctual_lights) { self.hull() } else { Vec::new() };
-        self.environment.place(&hull);
+        self.environment.enclose(&hull);
         let (lights, flux) = light::table(self, &hull, punctual_lights, self.environment.light());
         for emitter in &self.emitters {
             self.surfaces[emitter.triangle as usize].light = NONE;
@@ -77,11 +77,11 @@ impl Scene {
     fn stand(&mut self, pose: &Pose) {
         if let Some(motion) = &self.motion {
             for (on_node, camera) in motion.cameras.iter().zip(&mut self.cameras) {
-                *camera = on_node.what.placed(&pose.nodes.places[on_node.joint], self.origin);
+                *camera = on_node.what.placed(&pose.nodes.to_world[on_node.joint], self.origin);
             }
         }
         let mut instanced = std::mem::take(&mut self.instanced);
-        instanced.place(self, &pose.nodes, &pose.deformed);
+        instanced.set_pose(self, &pose.nodes, &pose.deformed);
         self.instanced = instanced;
     }
 
@@ -100,10 +100,11 @@ impl Scene {
             }
         };
         let time = if time.is_nan() { 0.0 } else { time };
-        let nodes = self.rig.at(time).map_err(|node| wrong(node, "its place in the world is not finite"))?;
-        let places = &nodes.places;
+        let nodes =
+            self.rig.at(time).map_err(|node| wrong(node, "its transform in the world is not finite"))?;
+        let to_world = &nodes.to_world;
         for camera in motion.cameras.iter().filter(|camera| camera.moves) {
-            if is_singular(&places[camera.joint]) {
+            if is_singular(&to_world[camera.joint]) {
                 return Err(wrong(
                     camera.joint,
                     "its transform is singular (a scale of zero, or axes in one plane)",
@@ -112,12 +113,12 @@ impl Scene {
         }
         let lights = motion.lights.iter();
         let lights: Vec<_> =
-            lights.filter_map(|light| light.what.placed(&places[light.joint], self.origin)).collect();
+            lights.filter_map(|light| light.what.placed(&to_world[light.joint], self.origin)).collect();
         light::check(&motion.file, &lights)?;
         let deformed = self.instanced.deform(&nodes);
         for instance in &self.instanced.instances {
             let mesh = &self.instanced.meshes[instance.mesh];
-            let to_world = instance.place(&nodes);
+            let to_world = instance.world_transform(&nodes);
             let fits = match deformed.iter().find(|(id, _)| *id == instance.mesh) {
                 Some((_, vertices)) => mesh::fit(vertices.iter().map(|v| v.position), &to_world, self.origin),
                 None => instance.node().is_none() || mesh.fits(&to_world, self.origin),

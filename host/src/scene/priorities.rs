@@ -13,9 +13,9 @@ const MAX_COMPARISONS: usize = 1 << 26;
 /// Pairs of solids that meet, at most, likewise.
 const MAX_MEETINGS: usize = 1 << 22;
 
-/// A solid in its place, for the order of priorities.
+/// A solid in the world, for the order of priorities.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placed {
+pub struct WorldSolid {
     /// Index of its material.
     pub material: u32,
     /// Volume of its box (m^3).
@@ -25,7 +25,7 @@ pub struct Placed {
 }
 
 /// Volume of the largest solid of each material (m^3).
-pub fn sizes(solids: &[Placed], materials: usize) -> Vec<f64> {
+pub fn sizes(solids: &[WorldSolid], materials: usize) -> Vec<f64> {
     let mut sizes = vec![0.0f64; materials];
     solids.iter().for_each(|solid| {
         sizes[solid.material as usize] = sizes[solid.material as usize].max(solid.size);
@@ -44,11 +44,11 @@ pub fn by_largest(materials: &[Material], sizes: &[f64]) -> Vec<usize> {
 }
 
 /// Level of each solid; 0 for all of a number whose materials can be ordered by their largest solid.
-pub fn levels(solids: &[Placed], materials: &[Material]) -> Vec<u32> {
+pub fn levels(solids: &[WorldSolid], materials: &[Material]) -> Vec<u32> {
     let order = by_largest(materials, &sizes(solids, materials.len()));
     let mut ranks = vec![0; materials.len()];
     order.iter().enumerate().for_each(|(rank, &id)| ranks[id] = rank);
-    let number = |solid: &Placed| materials[solid.material as usize].priority;
+    let number = |solid: &WorldSolid| materials[solid.material as usize].priority;
 
     // By rising priority, had each solid its own.
     let mut sorted: Vec<usize> = (0..solids.len()).collect();
@@ -60,7 +60,7 @@ pub fn levels(solids: &[Placed], materials: &[Material]) -> Vec<u32> {
     });
     let mut levels = vec![0; solids.len()];
     for of_number in sorted.chunk_by(|&a, &b| number(&solids[a]) == number(&solids[b])) {
-        let own: Vec<Placed> = of_number.iter().map(|&id| solids[id]).collect();
+        let own: Vec<WorldSolid> = of_number.iter().map(|&id| solids[id]).collect();
         let (own, disagree) = levels_by_size(&own, &ranks);
         if disagree {
             of_number.iter().zip(own).for_each(|(&id, level)| levels[id] = level);
@@ -70,9 +70,9 @@ pub fn levels(solids: &[Placed], materials: &[Material]) -> Vec<u32> {
 }
 
 /// Levels of solids of one number, the largest first, and whether an order of materials, by `ranks`, disagrees with them.
-fn levels_by_size(solids: &[Placed], ranks: &[usize]) -> (Vec<u32>, bool) {
+fn levels_by_size(solids: &[WorldSolid], ranks: &[usize]) -> (Vec<u32>, bool) {
     let met = meetings(solids);
-    let may_meet_all = |solid: &Placed| solid.bounds.is_none() || met.is_none();
+    let may_meet_all = |solid: &WorldSolid| solid.bounds.is_none() || met.is_none();
     let met = met.as_deref().unwrap_or_default();
     let (mut all, mut endless) = (Highest::default(), Highest::default());
     let (mut levels, mut disagree, mut next) = (Vec::with_capacity(solids.len()), false, 0);
@@ -130,7 +130,7 @@ impl Highest {
 
 /// Pairs of solids whose boxes meet and whose materials differ, by index: the later, then the earlier, in the order of the later.
 /// None where there are too many. Solids without a box are in none.
-fn meetings(solids: &[Placed]) -> Option<Vec<[u32; 2]>> {
+fn meetings(solids: &[WorldSolid]) -> Option<Vec<[u32; 2]>> {
     let boxed = solids.iter().enumerate().filter_map(|(id, solid)| Some((id as u32, solid.bounds?)));
     let mut boxed: Vec<(u32, [Vec3; 2])> = boxed.collect();
     boxed.sort_by(|(_, [a, _]), (_, [b, _])| a.x.total_cmp(&b.x));
@@ -162,7 +162,7 @@ mod tests {
     const FAR: Option<[Vec3; 2]> = Some([Vec3::splat(5.0), Vec3::splat(6.0)]);
 
     fn levels_for(solids: &[(u32, f64, Option<[Vec3; 2]>)], numbers: &[i32]) -> Vec<u32> {
-        let solids = solids.iter().map(|&(material, size, bounds)| Placed { material, size, bounds });
+        let solids = solids.iter().map(|&(material, size, bounds)| WorldSolid { material, size, bounds });
         let medium = |&priority: &i32| Material { transmission: 1.0, priority, ..Material::default() };
         levels(&solids.collect::<Vec<_>>(), &numbers.iter().map(medium).collect::<Vec<_>>())
     }

@@ -95,7 +95,7 @@ impl PunctualLight {
             LightShape::Directional { .. } => LightShape::Directional { direction: aim()? },
             evenly => evenly,
         };
-        // A directional light may stand anywhere: its place says nothing.
+        // A directional light may stand anywhere: its position says nothing.
         let stands = !matches!(shape, LightShape::Directional { .. });
         let position = if stands { (to_world.translation - origin).as_vec3() } else { Vec3::ZERO };
         Some(PunctualLight { position, shape, ..*self })

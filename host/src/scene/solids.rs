@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn an_edge_along_several_shorter_ones_is_no_border() {
-        // One corner on an edge; several, at the same and at other places on both sides; thirds, which are rounded.
+        // One corner on an edge; several, at the same and at other positions on both sides; thirds, which are rounded.
         for counts in [[1, 1, 2, 1, 1, 1], [2, 3, 4, 1, 5, 6], [3, 7, 11, 13, 17, 19]] {
             let mut patched = patched(counts);
             let found = solids(&patched);

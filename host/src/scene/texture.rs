@@ -59,11 +59,11 @@ pub fn check_texels(file: &str, sizes: impl Iterator<Item = (u32, u32)>) -> Resu
 /// The tables of checked parts over triangles with their coordinates in the same order.
 pub fn build(file: &str, parts: TextureParts, triangles: &[Triangle]) -> Result<TextureData, SceneError> {
     // Textures of one image and role share their texels.
-    let mut placed: Vec<(usize, Role, Texture)> = Vec::new();
+    let mut stored: Vec<(usize, Role, Texture)> = Vec::new();
     let mut textures = Vec::with_capacity(parts.textures.len());
     let mut end = 0_u64;
     for texture in &parts.textures {
-        let there = placed.iter().find(|(image, role, _)| (*image, *role) == (texture.image, texture.role));
+        let there = stored.iter().find(|(image, role, _)| (*image, *role) == (texture.image, texture.role));
         let record = there.map(|&(_, _, record)| record).unwrap_or_else(|| {
             let Image { width, height, .. } = parts.images[texture.image];
             let record = Texture {
@@ -75,16 +75,16 @@ pub fn build(file: &str, parts: TextureParts, triangles: &[Triangle]) -> Result<
                 ..Texture::default()
             };
             end += levels::texels(width, height);
-            placed.push((texture.image, texture.role, record));
+            stored.push((texture.image, texture.role, record));
             record
         });
         let [wrap_u, wrap_v] = texture.wrap;
         let level_count = if texture.finest { 1 } else { record.level_count };
         textures.push(Texture { wrap_u, wrap_v, nearest: u32::from(texture.nearest), level_count, ..record });
     }
-    check_texels(file, placed.iter().map(|(_, _, record)| (record.width, record.height)))?;
+    check_texels(file, stored.iter().map(|(_, _, record)| (record.width, record.height)))?;
     let mut texels = Vec::with_capacity(end as usize);
-    for (image, role, _) in &placed {
+    for (image, role, _) in &stored {
         levels::append(&mut texels, &parts.images[*image], *role);
     }
     let records = triangles.iter().zip(&parts.coordinates);

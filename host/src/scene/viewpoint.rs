@@ -15,14 +15,14 @@ const FIELD: f64 = 40.0;
 const FILLED: f64 = 0.9;
 /// Steepest orbit (degrees): from straight above there is no right and left.
 const STEEPEST: f64 = 89.9;
-/// Farthest place from the scene's origin (m): some times the largest coordinate of a triangle.
+/// Farthest position from the scene's origin (m): some times the largest coordinate of a triangle.
 const FARTHEST: f64 = 1e10;
 /// Vertical fields of view that a person may ask for (degrees).
 pub const FIELDS: std::ops::RangeInclusive<f64> = 0.1..=170.0;
 
-/// A place in the file's coordinates (m).
+/// A position in the file's coordinates (m).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Place(pub DVec3);
+pub struct Position(pub DVec3);
 
 /// A way round what is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,8 +38,8 @@ pub struct Orbit {
 /// Where the eye is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eye {
-    /// At a place.
-    At(Place),
+    /// At a position.
+    At(Position),
     /// On a way round what is looked at.
     On(Orbit),
 }
@@ -50,7 +50,7 @@ pub struct Viewpoint {
     /// Where the eye is; none: a three-quarter view from the front, all in view.
     pub eye: Option<Eye>,
     /// What it looks at; none: the centre of the bounds.
-    pub look_at: Option<Place>,
+    pub look_at: Option<Position>,
     /// Vertical field of view (degrees), in (0, 180).
     pub field: Option<f64>,
 }
@@ -68,15 +68,15 @@ pub enum CameraChoice {
 }
 
 impl CameraChoice {
-    /// What options say: the name of a camera, or `orbit:AZIMUTH,ELEVATION[,DISTANCE]`; places and a field of view.
+    /// What options say: the name of a camera, or `orbit:AZIMUTH,ELEVATION[,DISTANCE]`; positions and a field of view.
     ///
     /// # Errors
     ///
     /// If they contradict each other, or an orbit or a field of view is none; the message names no option's dashes.
     pub fn from_options(
         camera: Option<&str>,
-        from: Option<Place>,
-        look_at: Option<Place>,
+        from: Option<Position>,
+        look_at: Option<Position>,
         field: Option<f64>,
     ) -> Result<CameraChoice, String> {
         if let Some(field) = field.filter(|field| !FIELDS.contains(field)) {
@@ -123,9 +123,9 @@ impl Viewpoint {
             _ => 0.5,
         };
         let field = self.field.unwrap_or(FIELD);
-        let target = self.look_at.map_or(centre, |place| place.0);
+        let target = self.look_at.map_or(centre, |position| position.0);
         let (eye, distance) = match self.eye.unwrap_or(Eye::On(THREE_QUARTER)) {
-            Eye::At(Place(eye)) => (eye, eye.distance(target)),
+            Eye::At(Position(eye)) => (eye, eye.distance(target)),
             Eye::On(orbit) => {
                 let to_eye = orbit.to_eye();
                 let fitted = || fitted(to_eye, target, [lower, upper], field, aspect).max(0.5 * radius);
@@ -139,7 +139,7 @@ impl Viewpoint {
             if is_inside { (eye - DVec3::Z * radius, radius) } else { (target, distance) };
         let look_at = self.look_at.unwrap_or_else(|| rounded(target, distance));
         let from = match self.eye {
-            Some(Eye::At(place)) => place,
+            Some(Eye::At(position)) => position,
             _ => rounded(eye, distance),
         };
         Whole { from, look_at, field }
@@ -165,21 +165,21 @@ fn axes(forward: DVec3) -> (DVec3, DVec3) {
     (right, right.cross(forward).normalize())
 }
 
-/// A place, rounded to five digits of a distance.
-fn rounded(place: DVec3, distance: f64) -> Place {
+/// A position, rounded to five digits of a distance.
+fn rounded(position: DVec3, distance: f64) -> Position {
     let digits = (5.0 - distance.log10().ceil()).clamp(0.0, 300.0) as usize;
     // Adding zero makes -0 a plain one.
     let value = |x: f64| format!("{x:.digits$}").parse().unwrap_or(x) + 0.0;
-    Place(DVec3::from(place.to_array().map(value)))
+    Position(DVec3::from(position.to_array().map(value)))
 }
 
 /// A viewpoint with nothing left open. It is spelled as the options that give it again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Whole {
     /// Where the eye is.
-    pub from: Place,
+    pub from: Position,
     /// What it looks at.
-    pub look_at: Place,
+    pub look_at: Position,
     /// Vertical field of view (degrees).
     pub field: f64,
 }
@@ -213,7 +213,7 @@ impl Scene {
     /// The camera at a viewpoint.
     pub(super) fn camera_at(&self, whole: &Whole, name: &str) -> Result<SceneCamera, SceneError> {
         let wrong = |what| SceneError::Viewpoint { viewpoint: whole.to_string(), what };
-        let Whole { from: Place(from), look_at: Place(look_at), field } = *whole;
+        let Whole { from: Position(from), look_at: Position(look_at), field } = *whole;
         let Some(forward) = (look_at - from).try_normalize() else {
             return Err(wrong("looks at where it is"));
         };
@@ -234,7 +234,7 @@ impl Scene {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Position {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let DVec3 { x, y, z } = self.0;
         write!(f, "{x},{y},{z}")
@@ -248,12 +248,12 @@ impl fmt::Display for Whole {
     }
 }
 
-impl FromStr for Place {
+impl FromStr for Position {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Place, String> {
+    fn from_str(text: &str) -> Result<Position, String> {
         match numbers(text).as_deref() {
-            Some(&[x, y, z]) => Ok(Place(DVec3::new(x, y, z))),
+            Some(&[x, y, z]) => Ok(Position(DVec3::new(x, y, z))),
             _ => Err("give three numbers of metres, such as 1.5,1,-3".into()),
         }
     }

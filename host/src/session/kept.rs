@@ -19,7 +19,7 @@ const WORDS: [(&str, &str); 18] = [
     ("radius_next", "f"),
     ("start_counts", "u"),
     ("start_scores", "u"),
-    ("validation_deposits", "ffffu"),
+    ("validation_photons", "ffffu"),
 ];
 
 /// Whether all numbers of a buffer are finite.
@@ -35,7 +35,7 @@ mod tests {
     use std::collections::{BTreeMap, BTreeSet};
 
     use caustics_kernels::interface::balance::Balance;
-    use caustics_kernels::interface::history::{HistoryPoint, PathLight, ValidationDeposit};
+    use caustics_kernels::interface::history::{HistoryPoint, PathLight, ValidationPhoton};
     use caustics_kernels::{emission, history, method};
 
     use super::*;
@@ -77,8 +77,8 @@ mod tests {
         assert!(is_finite("history_points", &of(1.0, 2.0)));
         assert!(!is_finite("history_points", &of(f32::NAN, 2.0)));
         assert!(!is_finite("history_points", &of(1.0, f32::NEG_INFINITY)));
-        let deposit = ValidationDeposit { instance: u32::MAX, ..ValidationDeposit::default() };
-        assert!(is_finite("validation_deposits", bytemuck::bytes_of(&deposit)));
+        let photon = ValidationPhoton { instance: u32::MAX, ..ValidationPhoton::default() };
+        assert!(is_finite("validation_photons", bytemuck::bytes_of(&photon)));
         let balance = Balance { light_paths: u32::MAX, ..Balance::default() };
         assert!(is_finite("balance", bytemuck::bytes_of(&balance)));
         let light = PathLight { indirect_samples: f32::INFINITY, ..PathLight::default() };

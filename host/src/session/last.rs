@@ -25,13 +25,13 @@ pub fn reads(pass: &'static Pass) -> impl Iterator<Item = &'static Bound> {
 /// The first of the steps that overwrites what `shoot` reads after light paths have started, and how many have.
 pub fn overwritten(steps: &[Step], shoot: &'static Pass) -> Option<(usize, u32)> {
     let mut started = 0;
-    steps.iter().enumerate().find_map(|(place, step)| {
+    steps.iter().enumerate().find_map(|(index, step)| {
         let Step::Dispatch { pass, dispatch, .. } = *step else { return None };
         if pass == shoot {
             started += dispatch.count;
         }
         let overwrites = pass.written().any(|bound| reads(shoot).any(|read| read.name == bound.name));
-        (overwrites && started > 0).then_some((place, started))
+        (overwrites && started > 0).then_some((index, started))
     })
 }
 
@@ -49,7 +49,7 @@ mod tests {
             height: 4,
             light_path_count: 800,
             light_path_batch: 60,
-            deposit_capacity: 240,
+            photon_capacity: 240,
             light_count: 1,
             moved,
             ..FrameParams::default()

@@ -88,7 +88,7 @@ impl Pipeline {
     ) -> Result<(), VulkanError> {
         let (device, entry) = (&self.context.raw, &self.entry);
         // Constant 0 is the scene's needs, constant 1 which of the passes that share it runs; an entry point without one ignores it.
-        let constants = [features.0, entry.place];
+        let constants = [features.0, entry.pass_index];
         let constant = |id: u32| {
             vk::SpecializationMapEntry::default().constant_id(id).offset(4 * id).size(size_of::<u32>())
         };

@@ -55,7 +55,7 @@ impl Recorder<'_> {
         hierarchy.record(self.commands, count, || self.barrier());
     }
 
-    /// Brings a structure's instances to where they were placed, and rebuilds the bottom levels whose triangles changed.
+    /// Brings a structure's instances to their new transforms, and rebuilds the bottom levels whose triangles changed.
     pub fn build_again(&self, hierarchy: &Hierarchy, changed: &[usize]) {
         hierarchy.record_again(self.commands, changed, || self.barrier());
     }

@@ -41,8 +41,8 @@ pub struct EntryPoint {
     pub name: String,
     /// Name of the entry point: those of the passes that share it, joined by `+`.
     pub symbol: String,
-    /// Place of the pass among these.
-    pub place: u32,
+    /// Index of the pass among these.
+    pub pass_index: u32,
     /// Invocations of a workgroup, all on x.
     pub workgroup_size: u32,
     /// Size of the push constants (bytes); 0: none.
@@ -96,8 +96,8 @@ impl Reflection {
                 let entry = reader
                     .entry_point(*function, name, interface)
                     .map_err(|reason| failed(format!("entry point `{name}`: {reason}")))?;
-                for (place, pass) in (0..).zip(name.split('+')) {
-                    let entry = EntryPoint { name: pass.into(), place, ..entry.clone() };
+                for (pass_index, pass) in (0..).zip(name.split('+')) {
+                    let entry = EntryPoint { name: pass.into(), pass_index, ..entry.clone() };
                     reflection.entry_points.insert(pass.into(), entry);
                 }
             }
@@ -138,7 +138,7 @@ impl Reader<'_> {
         }
         let bindings = bindings.into_values().collect();
         let (name, symbol) = (name.into(), name.into());
-        Ok(EntryPoint { name, symbol, place: 0, workgroup_size, push_constant_bytes, bindings })
+        Ok(EntryPoint { name, symbol, pass_index: 0, workgroup_size, push_constant_bytes, bindings })
     }
 
     fn workgroup_size(&self, function: u32) -> Result<u32, String> {
@@ -291,7 +291,10 @@ mod tests {
         let twice = shared.remove("twice").unwrap();
         assert!(!twice.is_joint() && twice.symbol == "twice", "{twice:?}");
         let [fill, pour] = &shared.into_values().collect::<Vec<_>>()[..] else { panic!("two passes") };
-        assert_eq!((pour.name.as_str(), pour.place, fill.name.as_str(), fill.place), ("pour", 0, "fill", 1));
+        assert_eq!(
+            (pour.name.as_str(), pour.pass_index, fill.name.as_str(), fill.pass_index),
+            ("pour", 0, "fill", 1)
+        );
         assert!(pour.is_joint() && fill.is_joint() && fill.symbol == "pour+fill", "{fill:?}");
         assert_eq!((names(fill), names(pour)), (vec![(0, "values", BindingKind::Buffer)], names(fill)));
     }

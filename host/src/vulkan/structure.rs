@@ -27,7 +27,7 @@ pub struct Part<'a> {
 
 /// An instance of a bottom level.
 #[derive(Clone, Copy)]
-pub struct Placed {
+pub struct TlasInstance {
     /// Index of the part.
     pub part: usize,
     /// From its space to the world.
@@ -43,7 +43,7 @@ pub struct Hierarchy {
     bottoms: Vec<Bottom>,
     top: Structure,
     instances: Buffer,
-    placed: u32,
+    instance_count: u32,
     scratch: Buffer,
     context: Arc<Context>,
 }
@@ -108,8 +108,12 @@ impl Hierarchy {
         let bytes = scratch_bytes.max(top_scratch) + context.candidate.scratch_alignment;
         let scratch = Buffer::new(memory, &format!("{name}.scratch"), bytes, Purpose::Scratch)?;
         let mut hierarchy =
-            Hierarchy { name, primitives, bottoms, top, instances, placed: 0, scratch, context };
-        hierarchy.place(&[Placed { part: 0, to_world: Transform::IDENTITY, custom_index: 0 }])?;
+            Hierarchy { name, primitives, bottoms, top, instances, instance_count: 0, scratch, context };
+        hierarchy.set_instances(&[TlasInstance {
+            part: 0,
+            to_world: Transform::IDENTITY,
+            custom_index: 0,
+        }])?;
         Ok(hierarchy)
     }
 
@@ -124,12 +128,12 @@ impl Hierarchy {
     }
 
     /// Says which instances the next build of the top level has. The device must not be at work.
-    pub fn place(&mut self, placed: &[Placed]) -> Result<(), VulkanError> {
+    pub fn set_instances(&mut self, tlas_instances: &[TlasInstance]) -> Result<(), VulkanError> {
         let rows = self.instances.mapped_or_fail()?;
-        for (row, placed) in rows.as_chunks_mut::<INSTANCE_BYTES>().0.iter_mut().zip(placed) {
-            *row = instance(placed, self.bottoms[placed.part].structure.address);
+        for (row, tlas_instance) in rows.as_chunks_mut::<INSTANCE_BYTES>().0.iter_mut().zip(tlas_instances) {
+            *row = instance(tlas_instance, self.bottoms[tlas_instance.part].structure.address);
         }
-        self.placed = placed.len() as u32;
+        self.instance_count = tlas_instances.len() as u32;
         Ok(())
     }
 
@@ -160,13 +164,13 @@ impl Hierarchy {
         );
     }
 
-    /// Records the build of the top level over the instances that were placed.
+    /// Records the build of the top level over the instances that were set.
     fn record_top(&self, commands: vk::CommandBuffer) {
         let geometry = instance_geometry(&self.instances);
-        self.record_level(commands, &self.top, Level::Top, geometry, self.placed);
+        self.record_level(commands, &self.top, Level::Top, geometry, self.instance_count);
     }
 
-    /// Records what brings instances to where they were placed, and rebuilds the bottom levels whose triangles changed.
+    /// Records what brings instances to their new transforms, and rebuilds the bottom levels whose triangles changed.
     pub(super) fn record_again(&self, commands: vk::CommandBuffer, changed: &[usize], barrier: impl Fn()) {
         for &part in changed {
             self.record_bottom(commands, part, self.bottoms[part].capacity);
@@ -285,8 +289,8 @@ fn build_info<'a>(
 }
 
 /// An instance's row.
-fn instance(placed: &Placed, bottom: u64) -> [u8; INSTANCE_BYTES] {
-    let Transform { x, y, z, offset } = placed.to_world;
+fn instance(tlas_instance: &TlasInstance, bottom: u64) -> [u8; INSTANCE_BYTES] {
+    let Transform { x, y, z, offset } = tlas_instance.to_world;
     let matrix = [
         x.x, y.x, z.x, offset.x, //
         x.y, y.y, z.y, offset.y, //
@@ -295,7 +299,7 @@ fn instance(placed: &Placed, bottom: u64) -> [u8; INSTANCE_BYTES] {
     let flags = vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE;
     let instance = vk::AccelerationStructureInstanceKHR {
         transform: vk::TransformMatrixKHR { matrix },
-        instance_custom_index_and_mask: vk::Packed24_8::new(placed.custom_index, 0xff),
+        instance_custom_index_and_mask: vk::Packed24_8::new(tlas_instance.custom_index, 0xff),
         instance_shader_binding_table_record_offset_and_flags: vk::Packed24_8::new(0, flags.as_raw() as u8),
         acceleration_structure_reference: vk::AccelerationStructureReferenceKHR { device_handle: bottom },
     };

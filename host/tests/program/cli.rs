@@ -229,13 +229,13 @@ fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
         assert!(image.sum(&format!("caustics.{lane}")) > 0.0);
     }
     // Points have a radius exactly where they have a depth, and deposits only there.
-    for ((radius, depth), deposits) in image.channels["points.radius"]
+    for ((radius, depth), photons) in image.channels["points.radius"]
         .iter()
         .zip(&image.channels["points.depth"])
         .zip(&image.channels["deposits.count"])
     {
         assert_eq!(*radius > 0.0, *depth > 0.0);
-        assert!(*deposits == 0.0 || *depth > 0.0);
+        assert!(*photons == 0.0 || *depth > 0.0);
     }
 
     let png = image::open(folder.path().join("out.png")).unwrap().into_rgb8();

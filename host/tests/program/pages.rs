@@ -12,10 +12,10 @@ fn caustics(folder: &Path, arguments: &[&str]) -> (i32, String) {
 
 /// What bash offers for the last of some words.
 fn offered(script: &Path, words: &[&str]) -> String {
-    let (last, place) = (words[words.len() - 1], words.len() - 1);
-    let (words, before) = (words.join(" "), words[place - 1]);
+    let (last, index) = (words[words.len() - 1], words.len() - 1);
+    let (words, before) = (words.join(" "), words[index - 1]);
     let run = format!(
-        "source {}; COMP_WORDS=({words}); COMP_CWORD={place}; _caustics caustics '{last}' '{before}'; echo \"${{COMPREPLY[@]}}\"",
+        "source {}; COMP_WORDS=({words}); COMP_CWORD={index}; _caustics caustics '{last}' '{before}'; echo \"${{COMPREPLY[@]}}\"",
         script.display()
     );
     let output = Command::new("bash").args(["--norc", "-c", &run]).output().unwrap();

@@ -22,7 +22,7 @@ fn an_index_out_of_bounds_is_reported() {
     let order = [1000_u32; 64];
     let tables: [(&'static str, &[u8]); 2] =
         [("pixel_order", cast_slice(&order)), ("point_geometry", cast_slice(&points))];
-    let params = FrameParams { width: 1, height: 1, deposit_capacity: 1, ..FrameParams::default() };
+    let params = FrameParams { width: 1, height: 1, photon_capacity: 1, ..FrameParams::default() };
     let step = gather::prepare(&POINTS_RT, &params).remove(0);
     assert_eq!(step.label(), "index.points_rt.bound");
     let mut buffers = buffers(&[step], &params);

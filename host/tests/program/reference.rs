@@ -300,12 +300,12 @@ fn another_view_of_the_same_name_is_not_merged() {
             let camera = nodes.iter_mut().find(|node| node["camera"].is_number()).unwrap();
             // EXR has no room for this name, which must not cost the run.
             camera["name"] = "カメラ".into();
-            let place = if camera["matrix"].is_array() {
+            let translation_x = if camera["matrix"].is_array() {
                 &mut camera["matrix"][12]
             } else {
                 &mut camera["translation"][0]
             };
-            *place = (place.as_f64().unwrap() + x).into();
+            *translation_x = (translation_x.as_f64().unwrap() + x).into();
         });
         let out = format!("{seed}.exr");
         let room = ["reference", "room.gltf", "-o", &out, "--spp", "2", "--seed", seed];

@@ -21,9 +21,10 @@ impl Check<'_> {
             match keyword.as_str() {
                 "$schema" | "title" | "description" | "$defs" | "properties" => {}
                 "$ref" => {
-                    let place =
+                    let pointer =
                         says.as_str().and_then(|says| says.strip_prefix('#')).expect("a place in the schema");
-                    let schema = self.root.pointer(place).unwrap_or_else(|| panic!("there is no {place}"));
+                    let schema =
+                        self.root.pointer(pointer).unwrap_or_else(|| panic!("there is no {pointer}"));
                     self.value(schema, value, at);
                 }
                 "type" => {
@@ -104,10 +105,10 @@ fn faults(name: &str, value: &Value) -> Vec<String> {
 fn holds(name: &str, value: &Value) {
     assert_eq!(faults(name, value), Vec::<String>::new(), "{name}");
     // Of a list, its first element.
-    let (object, place) = if value.is_array() { (&value[0], "/0") } else { (value, "") };
+    let (object, pointer) = if value.is_array() { (&value[0], "/0") } else { (value, "") };
     let refused = |key: &str, change: &dyn Fn(&mut serde_json::Map<String, Value>)| {
         let mut other = value.clone();
-        change(other.pointer_mut(place).unwrap().as_object_mut().unwrap());
+        change(other.pointer_mut(pointer).unwrap().as_object_mut().unwrap());
         assert!(!faults(name, &other).is_empty(), "{name} without, or with another {key}");
     };
     refused("a key that nobody knows", &|object| drop(object.insert("surprise".into(), json!(1))));

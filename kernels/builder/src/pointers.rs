@@ -18,9 +18,9 @@ pub fn refuse_carried(module: &[u8]) -> anyhow::Result<()> {
         .iter()
         .map(|(entry, carried)| {
             let functions: Vec<&str> = carried.functions.iter().map(String::as_str).collect();
-            let place =
+            let location =
                 if functions.is_empty() { String::new() } else { format!(" (in {})", functions.join(", ")) };
-            format!("  {entry}: {}{place}", carried.count)
+            format!("  {entry}: {}{location}", carried.count)
         })
         .collect();
     bail!(

@@ -136,14 +136,14 @@ pub struct Declaration {
 impl Declaration {
     pub fn new(mut function: ItemFn) -> Result<Self> {
         let mut parameters = Vec::new();
-        for (place, input) in function.sig.inputs.iter_mut().enumerate() {
+        for (index, input) in function.sig.inputs.iter_mut().enumerate() {
             let FnArg::Typed(typed) = input else {
                 return Err(Error::new(input.span(), "a pass is no method"));
             };
             let Pat::Ident(name) = &*typed.pat else {
                 return Err(Error::new(typed.pat.span(), "a parameter of a pass is a name"));
             };
-            let role = if place == 0 { Role::Index } else { role(&typed.ty)? };
+            let role = if index == 0 { Role::Index } else { role(&typed.ty)? };
             let name = name.ident.clone();
             let len = take_len(&mut typed.attrs)?;
             if len.is_some() && !matches!(role, Role::Read(_) | Role::Slots(_) | Role::Words) {

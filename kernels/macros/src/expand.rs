@@ -240,7 +240,7 @@ fn limit(arguments: &Arguments) -> TokenStream {
     arguments.limit.as_ref().map_or(quote!(dispatch.count), |limit| quote!(#limit))
 }
 
-/// The entry point of a tracer; one that passes share runs as the pass whose place specialisation constant 1 is.
+/// The entry point of a tracer; one that passes share runs as the pass whose index specialisation constant 1 is.
 fn entry(
     declaration: &Declaration,
     name: &str,
@@ -260,8 +260,8 @@ fn entry(
     let constant =
         features(declaration).then(|| quote!(#[spirv(spec_constant(id = 0, default = 0))] features: u32,));
     let which = (!runs.is_empty()).then(|| quote!(#[spirv(spec_constant(id = 1, default = 0))] which: u32,));
-    let places = 0u32..;
-    let runs = runs.iter().zip(places).map(|(runs, place)| quote!(let #runs = which == #place;));
+    let indices = 0u32..;
+    let runs = runs.iter().zip(indices).map(|(runs, index)| quote!(let #runs = which == #index;));
     let mut number = 0;
     let mut next = || {
         number += 1;

@@ -77,9 +77,9 @@ pub enum Work {
     Guide,
     /// Builds what a gather searches.
     Index,
-    /// Brings deposits and collection points together.
+    /// Brings photons and collection points together.
     Gather,
-    /// Brings deposits to pixels, not to collection points.
+    /// Brings photons to pixels, not to collection points.
     Splat,
     /// Says what pixels show, for other tools.
     Auxiliary,

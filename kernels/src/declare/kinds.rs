@@ -73,7 +73,7 @@ pub struct Emission {
     pub weighs: bool,
     /// Once a frame that shoots, before its first light path.
     pub prepare: fn(&FrameParams) -> Vec<Step>,
-    /// The pass that shoots a batch of light paths and stores their deposits.
+    /// The pass that shoots a batch of light paths and stores their photons.
     pub shoot: &'static Pass,
     /// The same starts, for who traces some of the paths again on a CPU.
     pub starts: Starts,

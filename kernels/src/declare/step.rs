@@ -25,7 +25,7 @@ pub enum Step {
     },
     /// Builds the acceleration structure `neighbour_structure` over the boxes in `index_0`.
     Structure {
-        /// Over what: the boxes are of all pixels, or of the deposits there are.
+        /// Over what: the boxes are of all pixels, or of the photons there are.
         side: Side,
         /// Boxes, at most.
         count: u32,

@@ -149,8 +149,8 @@ pub fn start(
 /// A number that no two kinds of surface share but with a probability of one in two thousand million.
 #[inline(always)]
 fn surface(depth: u32, instance: u32, material: u32) -> u32 {
-    let place = (instance.wrapping_mul(0x9e37_79b1) ^ depth).wrapping_mul(0x85eb_ca6b);
-    ((place ^ place >> 15) ^ material.wrapping_mul(0xc2b2_ae35)) & (NONE >> 1)
+    let hash = (instance.wrapping_mul(0x9e37_79b1) ^ depth).wrapping_mul(0x85eb_ca6b);
+    ((hash ^ hash >> 15) ^ material.wrapping_mul(0xc2b2_ae35)) & (NONE >> 1)
 }
 
 /// One level: the light of a pixel after its exchange with 8 others, and the variance of its brightness,

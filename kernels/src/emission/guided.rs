@@ -110,17 +110,17 @@ pub fn guide_learn(
     start_counts.set(index, 0);
     let mut score = quanta.to_f32(1.0 / INVERSE_QUANTUM);
     // Where a mean is known, it is the unit.
-    if !is_second && guide_sums.read(Map::node(Map::TOP, map).place).score > 0.0 {
+    if !is_second && guide_sums.read(Map::node(Map::TOP, map).slot).score > 0.0 {
         score = score.min(MAX_SCORE * starts);
     }
-    let place = Map::node(0, index).place;
-    let before = guide_sums.read(place);
+    let slot = Map::node(0, index).slot;
+    let before = guide_sums.read(slot);
     let sum = GuideSum {
         score: before.score * keep_score + score * unit,
         starts: before.starts * keep_starts + starts,
     };
     // What would poison all of it counts nothing.
-    guide_sums.write(place, if is_finite(sum.score) { sum } else { GuideSum::default() });
+    guide_sums.write(slot, if is_finite(sum.score) { sum } else { GuideSum::default() });
 }
 
 /// The sums over a level of nodes; above the maps, over all of them.
@@ -135,17 +135,17 @@ pub fn guide_sum(
     if dispatch.level > Map::TOP {
         let mut map = 0;
         while map < map_count(params) {
-            let root = guide_sums.read(Map::node(Map::TOP, map).place);
+            let root = guide_sums.read(Map::node(Map::TOP, map).slot);
             sum = plus(sum, root);
             map += 1;
         }
         guide_sums.write(max_map_count(params) * Map::NODES, sum);
         return;
     }
-    let Node { place, below } = Map::node(dispatch.level, index);
+    let Node { slot, below } = Map::node(dispatch.level, index);
     let upper = plus(guide_sums.read(below[0]), guide_sums.read(below[1]));
     let lower = plus(guide_sums.read(below[2]), guide_sums.read(below[3]));
-    guide_sums.write(place, plus(upper, lower));
+    guide_sums.write(slot, plus(upper, lower));
 }
 
 #[inline(always)]
@@ -163,13 +163,13 @@ pub fn guide_pyramid(
     guide_sums: &[GuideSum],
     #[len = max_map_count(params) * Map::NODES] mut guide_pyramid: Slots<'_, f32>,
 ) {
-    let Node { place, below } = Map::node(dispatch.level, index);
+    let Node { slot, below } = Map::node(dispatch.level, index);
     if dispatch.level > 0 {
         let (upper, lower) = (
             guide_pyramid.read(below[0]) + guide_pyramid.read(below[1]),
             guide_pyramid.read(below[2]) + guide_pyramid.read(below[3]),
         );
-        guide_pyramid.write(place, upper + lower);
+        guide_pyramid.write(slot, upper + lower);
         return;
     }
     let all = guide_sums[(max_map_count(params) * Map::NODES) as usize];
@@ -183,7 +183,7 @@ pub fn guide_pyramid(
         let sum = guide_sums[node as usize];
         mean = (sum.score + SHRINKAGE * mean) / (sum.starts + SHRINKAGE);
     }
-    guide_pyramid.write(place, mean.sqrt());
+    guide_pyramid.write(slot, mean.sqrt());
 }
 
 /// How often each map is sampled from.
@@ -214,7 +214,7 @@ pub fn guide_shares(
         let even = Group::new(lights, params, map / maps).power / maps as f32;
         let is_known = even > 0.0 && total > 0.0 && is_finite(total);
         let share = if is_known { mass(map, guide_sums, guide_pyramid) / total } else { even };
-        let root = guide_sums[Map::node(Map::TOP, map).place as usize];
+        let root = guide_sums[Map::node(Map::TOP, map).slot as usize];
         let sum = Map::total(guide_pyramid, map);
         guide_maps.write(
             map,
@@ -235,9 +235,9 @@ pub fn guide_shares(
     }
 }
 
-/// The mean of what paths are sampled by in a map; nothing where none started, as in a cone that no place sees.
+/// The mean of what paths are sampled by in a map; nothing where none started, as in a cone that no position sees.
 #[inline(always)]
 fn mass(map: u32, sums: &[GuideSum], pyramid: &[f32]) -> f32 {
-    let root = sums[Map::node(Map::TOP, map).place as usize];
+    let root = sums[Map::node(Map::TOP, map).slot as usize];
     if root.starts > 0.0 { Map::total(pyramid, map) / Map::TEXELS as f32 } else { 0.0 }
 }

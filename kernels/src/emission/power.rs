@@ -1,4 +1,4 @@
-//! Emission by power: every light by its share of the flux, all of its places and directions alike (`light::power`).
+//! Emission by power: every light by its share of the flux, all of its positions and directions alike (`light::power`).
 
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Emission;

@@ -1,4 +1,4 @@
-//! The accumulator: a point has seven words, (low, high) of red, green, blue in [`Quanta`], and the number of deposits. The quantum is 2^-24 of the
+//! The accumulator: a point has seven words, (low, high) of red, green, blue in [`Quanta`], and the number of photons. The quantum is 2^-24 of the
 //! largest flux of a light path; an addend is clamped to 2^24 of it, so 2^16 addends of that size still fit.
 
 use crate::interface::counters::Counter;
@@ -9,7 +9,7 @@ use spirv_std::glam::Vec3;
 
 /// Words of one point.
 pub const WORDS: u32 = 7;
-/// The sum of one point's deposits.
+/// The sum of one point's photons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sum {
     /// Red.
@@ -18,16 +18,16 @@ pub struct Sum {
     pub green: Quanta,
     /// Blue.
     pub blue: Quanta,
-    /// Deposits taken.
+    /// Photons taken.
     pub count: u32,
-    /// Deposits of which a channel was clamped.
+    /// Photons of which a channel was clamped.
     pub clamped: u32,
-    /// Deposits of which a channel was not finite.
+    /// Photons of which a channel was not finite.
     pub non_finite: u32,
 }
 
 impl Sum {
-    /// One deposit.
+    /// One photon.
     #[inline]
     pub fn new(value: Vec3, inverse_quantum: f32) -> Self {
         let finite = is_finite(value.x) && is_finite(value.y) && is_finite(value.z);
@@ -79,7 +79,7 @@ impl Sum {
         }
     }
 
-    /// The sum in a point's words [unit of `quantum`] and its number of deposits.
+    /// The sum in a point's words [unit of `quantum`] and its number of photons.
     #[inline]
     pub fn read(words: &[u32], point: u32, quantum: f32) -> (Vec3, u32) {
         let first = (point * WORDS) as usize;

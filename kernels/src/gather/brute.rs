@@ -24,7 +24,7 @@ impl Gather for Brute {
     #[inline(always)]
     fn for_each_near<V: Visit>(tables: &mut Tables<'_>, _near: Near, visit: &mut V) {
         let mut id = 0;
-        while id < tables.deposit_count {
+        while id < tables.photon_count {
             visit.visit(tables, id);
             id += 1;
         }

@@ -1,11 +1,11 @@
-//! Which deposits a collection point takes, and how much each gives.
+//! Which photons a collection point takes, and how much each gives.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
 use crate::interface::features::Features;
 use crate::interface::material::Material;
-use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use crate::math::frame::ShadingFrame;
 use crate::math::max_abs;
 use crate::surface::Bsdf;
@@ -14,22 +14,22 @@ use crate::surface::dispersion::Indices;
 use crate::surface::hemisphere::flip_to_geometric_hemisphere;
 use spirv_std::glam::Vec3;
 
-/// Smallest cosine between the normals of a point and of a deposit that it takes.
+/// Smallest cosine between the normals of a point and of a photon that it takes.
 pub const MIN_NORMAL_COS: f32 = 0.9;
 /// Half thickness of a point's disc, relative to its radius.
 pub const DISC_THICKNESS: f32 = 0.1;
 
-/// Whether `point` takes `deposit`: inside the disc, on the same surface and side, and short enough a path.
+/// Whether `point` takes `photon`: inside the disc, on the same surface and side, and short enough a path.
 #[inline(always)]
-pub fn takes(point: &PointGeometry, deposit: &DepositGeometry, max_bounces: u32) -> bool {
-    let along = deposit.position - point.position;
+pub fn takes(point: &PointGeometry, photon: &PhotonGeometry, max_bounces: u32) -> bool {
+    let along = photon.position - point.position;
     point.exists()
         && along.length_squared() <= point.radius * point.radius
-        && is_same_surface(along, point.normal, deposit.normal, point.radius)
-        && point.depth + deposit.scatterings <= max_bounces
+        && is_same_surface(along, point.normal, photon.normal, point.radius)
+        && point.depth + photon.scatterings <= max_bounces
 }
 
-/// Whether two places, `along` apart, are on the same side of one surface, told by discs of a radius (m): within the slab
+/// Whether two positions, `along` apart, are on the same side of one surface, told by discs of a radius (m): within the slab
 /// across the mean of both normals.
 #[inline(always)]
 pub fn is_same_surface(along: Vec3, normal: Vec3, other_normal: Vec3, radius: f32) -> bool {
@@ -40,7 +40,7 @@ pub fn is_same_surface(along: Vec3, normal: Vec3, other_normal: Vec3, radius: f3
     normal.dot(other_normal) > MIN_NORMAL_COS && height * height <= limit * limit * normals.length_squared()
 }
 
-/// A collection point as the light of deposits meets it: what is the same for all of them.
+/// A collection point as the light of photons meets it: what is the same for all of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Receiver {
     frame: ShadingFrame,
@@ -66,29 +66,29 @@ impl Receiver {
         Receiver { frame, surface }
     }
 
-    /// What a deposit gives to it: f(viewer, light) times its flux (W/sr).
+    /// What a photon gives to it: f(viewer, light) times its flux (W/sr).
     #[inline(always)]
-    pub fn contribution(&self, deposit: &DepositLight) -> Vec3 {
+    pub fn contribution(&self, photon: &PhotonLight) -> Vec3 {
         // What arrives is above the face.
-        let to_light = flip_to_geometric_hemisphere(self.frame.to_local(deposit.to_light), true);
-        self.surface.eval(to_light, Classes::NON_SPECULAR).f * deposit.flux * to_light.z
+        let to_light = flip_to_geometric_hemisphere(self.frame.to_local(photon.to_light), true);
+        self.surface.eval(to_light, Classes::NON_SPECULAR).f * photon.flux * to_light.z
     }
 }
 
-/// What a deposit gives to a point: f(viewer, light) times its flux (W/sr).
+/// What a photon gives to a point: f(viewer, light) times its flux (W/sr).
 #[inline(always)]
 pub fn contribution(
     shading: &PointShading,
     material: Material,
-    deposit: &DepositLight,
+    photon: &PhotonLight,
     specular_roughness: f32,
     features: Features,
 ) -> Vec3 {
-    Receiver::new(shading, material, specular_roughness, features).contribution(deposit)
+    Receiver::new(shading, material, specular_roughness, features).contribution(photon)
 }
 
-/// Half extent (m) of a box that holds every deposit a disc may take. The slab of `takes` is tilted by up to half the
-/// largest angle between the normals (acos(0.9) / 2 = 12.9 degrees), so a deposit may stand off the disc's own plane
+/// Half extent (m) of a box that holds every photon a disc may take. The slab of `takes` is tilted by up to half the
+/// largest angle between the normals (acos(0.9) / 2 = 12.9 degrees), so a photon may stand off the disc's own plane
 /// by R sin(asin(0.1) + 12.9 degrees) = 0.32 R. Inflated by 4 ulp of the largest coordinate, for what rounding takes.
 #[inline(always)]
 pub fn disc_half_extent(point: &PointGeometry) -> Vec3 {

@@ -1,11 +1,11 @@
-//! `index.*` and `gather.*`: build an index, and bring deposits and points together. An index over points is asked by each
-//! deposit, which gives to the points that take it; an index over photons by each point, which takes from them.
+//! `index.*` and `gather.*`: build an index, and bring photons and points together. An index over points is asked by each
+//! photon, which gives to the points that take it; an index over photons by each point, which takes from them.
 
 use crate::gather::accumulator::Sum;
 use crate::gather::contribution::{Receiver, contribution, disc_half_extent, takes};
 use crate::gather::tables::Tables;
 use crate::gather::{Near, Visit, score};
-use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry};
+use crate::interface::point::{PhotonGeometry, PhotonLight, PointGeometry};
 use crate::math::quanta::Quanta;
 use crate::platform::Atomics;
 use crate::surface::textured::material_of;
@@ -17,7 +17,7 @@ macro_rules! index_pass {
     ($name:ident, $type:ty) => {
         /// Builds the index, a stage a dispatch.
         #[$crate::declare::pass(
-            name = ["index.", $name], over = 0, work = Index, limit = dispatch.limit(deposit_state, params),
+            name = ["index.", $name], over = 0, work = Index, limit = dispatch.limit(photon_state, params),
         )]
         pub fn index(
             invocation: u32,
@@ -25,13 +25,13 @@ macro_rules! index_pass {
             dispatch: $crate::interface::frame::Dispatch,
             pixel_order: &[u32],
             point_geometry: &[$crate::interface::point::PointGeometry],
-            deposit_state: &[u32],
-            deposit_geometry: &[$crate::interface::point::DepositGeometry],
-            deposit_light: &[$crate::interface::point::DepositLight],
+            photon_state: &[u32],
+            photon_geometry: &[$crate::interface::point::PhotonGeometry],
+            photon_light: &[$crate::interface::point::PhotonLight],
             #[len = <$type as $crate::gather::Index>::VARIANT.sorted(params)]
-            sorted_geometry: $crate::platform::Slots<'_, $crate::interface::point::DepositGeometry>,
+            sorted_geometry: $crate::platform::Slots<'_, $crate::interface::point::PhotonGeometry>,
             #[len = <$type as $crate::gather::Index>::VARIANT.sorted(params)]
-            sorted_light: $crate::platform::Slots<'_, $crate::interface::point::DepositLight>,
+            sorted_light: $crate::platform::Slots<'_, $crate::interface::point::PhotonLight>,
             #[len = <$type as $crate::gather::Index>::VARIANT.words[0].count(params)]
             index_0: $crate::platform::AtomicWords<'_>,
             #[len = <$type as $crate::gather::Index>::VARIANT.words[1].count(params)]
@@ -45,9 +45,9 @@ macro_rules! index_pass {
                 params,
                 pixel_order,
                 point_geometry,
-                deposit_geometry,
-                deposit_light,
-                deposit_count: params.deposit_count(deposit_state),
+                photon_geometry,
+                photon_light,
+                photon_count: params.photon_count(photon_state),
                 index_0,
                 index_1,
                 index_2,
@@ -73,12 +73,12 @@ macro_rules! gather_pass {
         $name:ident, $type:ty, [$($hardware:tt)*], [$($structure:tt)*],
         |$tables:ident, $near:ident, $visit:ident| $search:expr
     ) => {
-        /// Gathers, a point or a deposit an invocation.
+        /// Gathers, a point or a photon an invocation.
         #[$crate::declare::pass(
             name = ["gather.", $name],
             over = $crate::gather::variant::Over::searchers(<$type as $crate::gather::Index>::VARIANT.side).extent(params),
             work = Gather,
-            limit = dispatch.limit(deposit_state, params),
+            limit = dispatch.limit(photon_state, params),
             $($hardware)*
         )]
         pub fn gather(
@@ -90,11 +90,11 @@ macro_rules! gather_pass {
             pixel_order: &[u32],
             point_geometry: &[$crate::interface::point::PointGeometry],
             point_shading: &[$crate::interface::point::PointShading],
-            deposit_state: &[u32],
-            deposit_geometry: &[$crate::interface::point::DepositGeometry],
-            deposit_light: &[$crate::interface::point::DepositLight],
-            sorted_geometry: &[$crate::interface::point::DepositGeometry],
-            sorted_light: &[$crate::interface::point::DepositLight],
+            photon_state: &[u32],
+            photon_geometry: &[$crate::interface::point::PhotonGeometry],
+            photon_light: &[$crate::interface::point::PhotonLight],
+            sorted_geometry: &[$crate::interface::point::PhotonGeometry],
+            sorted_light: &[$crate::interface::point::PhotonLight],
             index_0: &[u32],
             index_1: &[u32],
             index_2: &[u32],
@@ -114,9 +114,9 @@ macro_rules! gather_pass {
                 pixel_order,
                 point_geometry,
                 point_shading,
-                deposit_geometry: if sorts { sorted_geometry } else { deposit_geometry },
-                deposit_light: if sorts { sorted_light } else { deposit_light },
-                deposit_count: params.deposit_count(deposit_state),
+                photon_geometry: if sorts { sorted_geometry } else { photon_geometry },
+                photon_light: if sorts { sorted_light } else { photon_light },
+                photon_count: params.photon_count(photon_state),
                 index_0,
                 index_1,
                 index_2,
@@ -128,7 +128,7 @@ macro_rules! gather_pass {
             if const {
                 matches!(<$type as $crate::gather::Index>::VARIANT.side, $crate::gather::variant::Side::Points)
             } {
-                let mut give = $crate::gather::exchange::DepositGather::new(searcher, $tables);
+                let mut give = $crate::gather::exchange::PhotonGather::new(searcher, $tables);
                 let ($near, $visit) = (give.near(), &mut give);
                 $search;
                 give.close($tables, counters);
@@ -178,21 +178,21 @@ macro_rules! passes {
 
 for_each_gather!(passes);
 
-/// A deposit that gives to points.
-pub struct DepositGather {
-    geometry: DepositGeometry,
-    light: DepositLight,
+/// A photon that gives to points.
+pub struct PhotonGather {
+    geometry: PhotonGeometry,
+    light: PhotonLight,
     total: Sum,
     score: Quanta,
 }
 
-impl DepositGather {
-    /// Deposit `index`, which has given nothing yet.
+impl PhotonGather {
+    /// Photon `index`, which has given nothing yet.
     #[inline(always)]
-    pub fn new(index: u32, tables: &Tables<'_>) -> DepositGather {
-        let geometry = tables.deposit_geometry[index as usize];
-        let light = tables.deposit_light[index as usize];
-        DepositGather { geometry, light, total: Sum::default(), score: Quanta::default() }
+    pub fn new(index: u32, tables: &Tables<'_>) -> PhotonGather {
+        let geometry = tables.photon_geometry[index as usize];
+        let light = tables.photon_light[index as usize];
+        PhotonGather { geometry, light, total: Sum::default(), score: Quanta::default() }
     }
 
     /// Where its points are: their boxes hold it.
@@ -201,7 +201,7 @@ impl DepositGather {
         Near { position: self.geometry.position, half_extent: Vec3::ZERO }
     }
 
-    /// Counts what was given, and tells it to the deposit's start.
+    /// Counts what was given, and tells it to the photon's start.
     #[inline(always)]
     pub fn close<C: Atomics>(self, tables: &mut Tables<'_>, counters: &mut C) {
         score::add(self.score, &self.light, &mut tables.start_scores);
@@ -209,7 +209,7 @@ impl DepositGather {
     }
 }
 
-impl Visit for DepositGather {
+impl Visit for PhotonGather {
     #[inline(always)]
     fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
         let pixel = tables.pixel_order[id as usize];
@@ -230,17 +230,17 @@ impl Visit for DepositGather {
     }
 }
 
-/// A point that takes from deposits.
+/// A point that takes from photons.
 pub struct PointGather {
     pixel: u32,
     point: PointGeometry,
-    /// Made for the first deposit that it takes; what it was before tells nothing.
+    /// Made for the first photon that it takes; what it was before tells nothing.
     receiver: Receiver,
     sum: Sum,
 }
 
 impl PointGather {
-    /// The point at place `index` of `pixel_order`, which has taken nothing yet.
+    /// The point at position `index` of `pixel_order`, which has taken nothing yet.
     #[inline(always)]
     pub fn new(index: u32, tables: &Tables<'_>) -> PointGather {
         let pixel = tables.pixel_order[index as usize];
@@ -254,7 +254,7 @@ impl PointGather {
         self.point.exists()
     }
 
-    /// Where its deposits are.
+    /// Where its photons are.
     #[inline(always)]
     pub fn near(&self) -> Near {
         Near { position: self.point.position, half_extent: disc_half_extent(&self.point) }
@@ -273,7 +273,7 @@ impl PointGather {
 impl Visit for PointGather {
     #[inline(always)]
     fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
-        if takes(&self.point, &tables.deposit_geometry[id as usize], tables.params.max_bounces) {
+        if takes(&self.point, &tables.photon_geometry[id as usize], tables.params.max_bounces) {
             // A GPU makes it anew each time: to keep it would take half of the waves.
             if cfg!(target_arch = "spirv") || self.sum.count == 0 {
                 let shading = tables.point_shading[self.pixel as usize];
@@ -281,7 +281,7 @@ impl Visit for PointGather {
                 let roughness = tables.params.specular_roughness;
                 self.receiver = Receiver::new(&shading, material, roughness, tables.features);
             }
-            let light = tables.deposit_light[id as usize];
+            let light = tables.photon_light[id as usize];
             let value = self.receiver.contribution(&light);
             self.sum = self.sum.plus(Sum::new(value, tables.params.inverse_quantum()));
             if light.score > 0.0 {

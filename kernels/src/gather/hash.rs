@@ -32,8 +32,8 @@ pub fn slot(cell: IVec3, salt: u32, cell_mask: u32) -> u32 {
     x.wrapping_add(y ^ (y >> 15)).wrapping_add(z ^ (z >> 13)).wrapping_add(salt) & cell_mask
 }
 
-/// Reserves places for what a block of slots holds, if `slot` is its first: neighbours in a block lie next to each other.
-/// `index_1` has the counts of all slots and, behind them, the places reserved so far; `index_2` gets the start of each
+/// Reserves entries for what a block of slots holds, if `slot` is its first: neighbours in a block lie next to each other.
+/// `index_1` has the counts of all slots and, behind them, the entries reserved so far; `index_2` gets the start of each
 /// slot's range and, beside it, its end, which starts as its start.
 #[inline(always)]
 pub fn reserve(slot: u32, build: &mut Build<'_>) {
@@ -72,9 +72,9 @@ pub struct Runs {
 pub struct Run {
     first: IVec3,
     last_x: i32,
-    /// First place.
+    /// First entry.
     pub start: u32,
-    /// One behind the last place.
+    /// One behind the last entry.
     pub end: u32,
 }
 

@@ -31,9 +31,9 @@ impl Index for PhotonsGrid {
         ],
         batch: &[
             Stage::Clear(1),
-            Stage::Run(2, "count", Over::Deposits),
+            Stage::Run(2, "count", Over::Photons),
             Stage::Run(3, "reserve", Over::Cells),
-            Stage::Run(4, "fill", Over::Deposits),
+            Stage::Run(4, "fill", Over::Photons),
         ],
         words: [
             Words(1, Over::Count(RADIUS_BINS + 1)),
@@ -59,16 +59,16 @@ impl Index for PhotonsGrid {
         } else if stage == 3 {
             reserve(index, build);
         } else {
-            let deposit = build.deposit_geometry[index as usize];
+            let photon = build.photon_geometry[index as usize];
             let size = f32::from_bits(build.index_0.get(CELL_SIZE));
-            let slot = slot(cell(deposit.position, size), 0, mask);
+            let slot = slot(cell(photon.position, size), 0, mask);
             if stage == 2 {
                 build.index_1.add(slot, 1);
             } else {
                 // The end of a range starts as its start. The order in a cell is free, because sums are integers.
                 let to = build.index_2.add(2 * slot + 1, 1);
-                build.sorted_geometry.write(to, deposit);
-                build.sorted_light.write(to, build.deposit_light[index as usize]);
+                build.sorted_geometry.write(to, photon);
+                build.sorted_light.write(to, build.photon_light[index as usize]);
             }
         }
     }
@@ -81,9 +81,9 @@ impl Gather for PhotonsGrid {
         let low = cell(near.position - near.half_extent, cell_size);
         let high = cell(near.position + near.half_extent, cell_size);
         let mut runs = Runs::new(low, high, 0, tables.params.cell_mask);
-        if runs.cell_count() > tables.deposit_count as f32 {
+        if runs.cell_count() > tables.photon_count as f32 {
             let mut id = 0;
-            while id < tables.deposit_count {
+            while id < tables.photon_count {
                 visit.visit(tables, id);
                 id += 1;
             }
@@ -93,7 +93,7 @@ impl Gather for PhotonsGrid {
             let run = runs.next(tables.index_2);
             let mut id = run.start;
             while id < run.end {
-                let position = tables.deposit_geometry[id as usize].position;
+                let position = tables.photon_geometry[id as usize].position;
                 let along = (position - near.position).abs();
                 let half = near.half_extent;
                 // What is outside the box needs no cell.

@@ -40,19 +40,19 @@ impl Index for PhotonsRt {
         ],
         batch: &[
             Stage::Clear(1),
-            Stage::Run(morton_sort::BOUNDS, "bounds", Over::Deposits),
-            Stage::Run(morton_sort::COUNT, "count", Over::Deposits),
-            Stage::Run(morton_sort::SUM, "sum", Over::DepositSort(1)),
-            Stage::Run(morton_sort::SUM_OF_SUMS, "sum", Over::DepositSort(2)),
+            Stage::Run(morton_sort::BOUNDS, "bounds", Over::Photons),
+            Stage::Run(morton_sort::COUNT, "count", Over::Photons),
+            Stage::Run(morton_sort::SUM, "sum", Over::PhotonSort(1)),
+            Stage::Run(morton_sort::SUM_OF_SUMS, "sum", Over::PhotonSort(2)),
             Stage::Run(morton_sort::SCAN, "sum", Over::Count(1)),
-            Stage::Run(morton_sort::SPREAD, "sum", Over::DepositSort(2)),
-            Stage::Run(morton_sort::SPREAD_AGAIN, "sum", Over::DepositSort(1)),
-            Stage::Run(morton_sort::FILL, "bound", Over::Deposits),
+            Stage::Run(morton_sort::SPREAD, "sum", Over::PhotonSort(2)),
+            Stage::Run(morton_sort::SPREAD_AGAIN, "sum", Over::PhotonSort(1)),
+            Stage::Run(morton_sort::FILL, "bound", Over::Photons),
             Stage::Structure(Side::Photons),
         ],
         words: [
-            Words(6, Over::Deposits),
-            Words(1, Over::DepositSort(3)),
+            Words(6, Over::Photons),
+            Words(1, Over::PhotonSort(3)),
             Words(1, Over::Count(RADIUS_BINS + 1)),
             Words::NONE,
         ],
@@ -62,7 +62,7 @@ impl Index for PhotonsRt {
 
     #[inline(always)]
     fn build(stage: u32, index: u32, build: &mut Build<'_>) {
-        let capacity = build.params.deposit_capacity;
+        let capacity = build.params.photon_capacity;
         if stage == 0 {
             let point = build.point(index);
             if point.exists() {
@@ -72,16 +72,16 @@ impl Index for PhotonsRt {
             let width = common_cell_size(&build.index_2);
             build.index_2.set(WIDTH, width);
         } else if stage == morton_sort::BOUNDS || stage == morton_sort::COUNT || stage == morton_sort::FILL {
-            let deposit = build.deposit_geometry[index as usize];
-            let slot = morton_sort::element(stage, deposit.position, capacity, &mut build.index_1);
+            let photon = build.photon_geometry[index as usize];
+            let slot = morton_sort::element(stage, photon.position, capacity, &mut build.index_1);
             if stage == morton_sort::FILL {
                 let half = 0.5 * f32::from_bits(build.index_2.get(WIDTH));
                 // What rounding takes, of the box and of the column.
-                let slack = (max_abs(deposit.position) + half) * (16.0 * f32::EPSILON);
+                let slack = (max_abs(photon.position) + half) * (16.0 * f32::EPSILON);
                 let half = Vec3::splat(half + slack);
-                write_box(&mut build.index_0, slot, deposit.position - half, deposit.position + half);
-                build.sorted_geometry.write(slot, deposit);
-                build.sorted_light.write(slot, build.deposit_light[index as usize]);
+                write_box(&mut build.index_0, slot, photon.position - half, photon.position + half);
+                build.sorted_geometry.write(slot, photon);
+                build.sorted_light.write(slot, build.photon_light[index as usize]);
             }
         } else {
             morton_sort::counts(stage, index, capacity, &mut build.index_1);
@@ -127,9 +127,9 @@ mod query {
         let low = near.position - half;
         let columns_x = (2.0 * half.x / width) as u32 + 1;
         let columns_y = (2.0 * half.y / width) as u32 + 1;
-        if columns_x as f32 * columns_y as f32 > tables.deposit_count as f32 {
+        if columns_x as f32 * columns_y as f32 > tables.photon_count as f32 {
             let mut id = 0;
-            while id < tables.deposit_count {
+            while id < tables.photon_count {
                 visit.visit(tables, id);
                 id += 1;
             }
@@ -167,7 +167,7 @@ mod query {
             query.initialize(structure, RayFlags::NONE, 0xff, origin, 0.0, Vec3::Z, length.max(1.0e-30));
             while query.proceed() {
                 let id = query.get_candidate_intersection_primitive_index();
-                let position = tables.deposit_geometry[id as usize].position;
+                let position = tables.photon_geometry[id as usize].position;
                 let in_x = position.x >= corner.x && position.x < next.x;
                 let in_y = position.y >= corner.y && position.y < next.y;
                 if in_x && in_y {

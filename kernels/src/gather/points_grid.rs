@@ -85,10 +85,10 @@ fn salt(bin: u32) -> u32 {
     bin.wrapping_mul(0x27d4_eb2f)
 }
 
-/// The point at a place of `pixel_order`.
+/// The point at an index of `pixel_order`.
 #[inline(always)]
-fn point(tables: &Tables<'_>, place: u32) -> PointGeometry {
-    tables.point_geometry[tables.pixel_order[place as usize] as usize]
+fn point(tables: &Tables<'_>, index: u32) -> PointGeometry {
+    tables.point_geometry[tables.pixel_order[index as usize] as usize]
 }
 
 impl Gather for PointsGrid {
@@ -115,13 +115,13 @@ fn visit_level<V: Visit>(tables: &mut Tables<'_>, bin: u32, near: Near, visit: &
     let high = cell(near.position + half_extent, size);
     let mut runs = Runs::new(low, high, salt(bin), tables.params.cell_mask);
     if runs.cell_count() > tables.params.pixel_count() as f32 {
-        let mut place = 0;
-        while place < tables.params.pixel_count() {
-            let point = point(tables, place);
+        let mut index = 0;
+        while index < tables.params.pixel_count() {
+            let point = point(tables, index);
             if point.exists() && radius_bin(point.radius) == bin {
-                visit.visit(tables, place);
+                visit.visit(tables, index);
             }
-            place += 1;
+            index += 1;
         }
         return;
     }
@@ -129,11 +129,11 @@ fn visit_level<V: Visit>(tables: &mut Tables<'_>, bin: u32, near: Near, visit: &
         let run = runs.next(tables.index_2);
         let mut entry = run.start;
         while entry < run.end {
-            let place = tables.index_3[entry as usize];
-            let point = point(tables, place);
+            let index = tables.index_3[entry as usize];
+            let point = point(tables, index);
             // Slots are shared with other levels too.
             if radius_bin(point.radius) == bin && run.holds(point.position, size) {
-                visit.visit(tables, place);
+                visit.visit(tables, index);
             }
             entry += 1;
         }

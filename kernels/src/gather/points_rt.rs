@@ -91,7 +91,7 @@ mod query {
 mod tests {
     use super::*;
     use crate::gather::contribution::takes;
-    use crate::interface::point::DepositGeometry;
+    use crate::interface::point::PhotonGeometry;
     use crate::math::rng::{Rng, Stream};
     use crate::math::warp::uniform_sphere;
     use spirv_std::glam::Vec3;
@@ -107,16 +107,12 @@ mod tests {
             // A deposit near the disc's rim whose normal leans by up to 26 degrees.
             let tilt = (normal + uniform_sphere(b.x, b.y) * 0.44).normalize();
             let away = (uniform_sphere(c.x, c.y) * 0.1) * (0.9 + 0.1 * c.z);
-            let deposit = DepositGeometry {
-                position: point.position + away,
-                scatterings: 1,
-                normal: tilt,
-                instance: 0,
-            };
-            if takes(&point, &deposit, 5) {
+            let photon =
+                PhotonGeometry { position: point.position + away, scatterings: 1, normal: tilt, instance: 0 };
+            if takes(&point, &photon, 5) {
                 taken += 1;
                 let (low, high) = bound(&point);
-                assert!(deposit.position.cmpge(low).all() && deposit.position.cmple(high).all());
+                assert!(photon.position.cmpge(low).all() && photon.position.cmple(high).all());
             }
         }
         assert!(taken > 10_000, "the test has lost its subject: {taken}");

@@ -3,23 +3,23 @@
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::material::Material;
-use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use crate::platform::{AtomicWords, Slots};
 
 /// What building an index reads and writes.
 pub struct Build<'a> {
     /// Settings.
     pub params: &'a FrameParams,
-    /// Pixel of each place in the image's Morton order.
+    /// Pixel at each position of the image's Morton order.
     pub pixel_order: &'a [u32],
     /// Points by pixel.
     pub point_geometry: &'a [PointGeometry],
-    /// Deposits of the batch.
-    pub deposit_geometry: &'a [DepositGeometry],
+    /// Photons of the batch.
+    pub photon_geometry: &'a [PhotonGeometry],
     /// Their light.
-    pub deposit_light: &'a [DepositLight],
-    /// Deposits there are.
-    pub deposit_count: u32,
+    pub photon_light: &'a [PhotonLight],
+    /// Photons there are.
+    pub photon_count: u32,
     /// First words of the index.
     pub index_0: AtomicWords<'a>,
     /// Second words.
@@ -28,17 +28,17 @@ pub struct Build<'a> {
     pub index_2: AtomicWords<'a>,
     /// Fourth words.
     pub index_3: AtomicWords<'a>,
-    /// Deposits in an order of the index's own.
-    pub sorted_geometry: Slots<'a, DepositGeometry>,
+    /// Photons in an order of the index's own.
+    pub sorted_geometry: Slots<'a, PhotonGeometry>,
     /// Their light.
-    pub sorted_light: Slots<'a, DepositLight>,
+    pub sorted_light: Slots<'a, PhotonLight>,
 }
 
 impl Build<'_> {
-    /// The point at a place of `pixel_order`; its `depth` is 0 where there is none.
+    /// The point at an index of `pixel_order`; its `depth` is 0 where there is none.
     #[inline(always)]
-    pub fn point(&self, place: u32) -> PointGeometry {
-        self.point_geometry[self.pixel_order[place as usize] as usize]
+    pub fn point(&self, index: u32) -> PointGeometry {
+        self.point_geometry[self.pixel_order[index as usize] as usize]
     }
 }
 
@@ -51,18 +51,18 @@ pub struct Tables<'a> {
     pub features: Features,
     /// All materials.
     pub materials: &'a [Material],
-    /// Pixel of each place in the image's Morton order.
+    /// Pixel at each position of the image's Morton order.
     pub pixel_order: &'a [u32],
     /// Points by pixel.
     pub point_geometry: &'a [PointGeometry],
     /// Their shading.
     pub point_shading: &'a [PointShading],
-    /// Deposits of the batch; in the order of the index, if it sorts.
-    pub deposit_geometry: &'a [DepositGeometry],
+    /// Photons of the batch; in the order of the index, if it sorts.
+    pub photon_geometry: &'a [PhotonGeometry],
     /// Their light.
-    pub deposit_light: &'a [DepositLight],
-    /// Deposits there are.
-    pub deposit_count: u32,
+    pub photon_light: &'a [PhotonLight],
+    /// Photons there are.
+    pub photon_count: u32,
     /// First words of the index.
     pub index_0: &'a [u32],
     /// Second words.

@@ -15,14 +15,14 @@ pub enum Over {
     Pixels,
     /// A share of the pixels, rounded up: one in so many.
     PixelsIn(u32),
-    /// Slots of the deposit buffers.
-    Deposits,
+    /// Slots of the photon buffers.
+    Photons,
     /// Cells of the hash table.
     Cells,
     /// Words of level `k` of the counts of a sort of pixels by Morton codes; see `morton_sort`.
     PixelSort(u32),
-    /// The same of deposits.
-    DepositSort(u32),
+    /// The same of photons.
+    PhotonSort(u32),
     /// So many.
     Count(u32),
 }
@@ -34,7 +34,7 @@ pub enum Stage {
     Run(u32, &'static str, Over),
     /// Fills the words of this number with zeros.
     Clear(u32),
-    /// Builds the acceleration structure over the boxes in the first words: of pixels, or of the deposits there are.
+    /// Builds the acceleration structure over the boxes in the first words: of pixels, or of the photons there are.
     Structure(Side),
 }
 
@@ -56,7 +56,7 @@ impl Over {
     /// What a gather runs over, whose index is over this side: those that search.
     pub fn searchers(side: Side) -> Over {
         match side {
-            Side::Points => Over::Deposits,
+            Side::Points => Over::Photons,
             Side::Photons => Over::Pixels,
         }
     }
@@ -66,16 +66,16 @@ impl Over {
         match self {
             Over::Pixels => params.pixel_count(),
             Over::PixelsIn(share) => params.pixel_count().div_ceil(share),
-            Over::Deposits => params.deposit_capacity,
+            Over::Photons => params.photon_capacity,
             Over::Cells => params.cell_mask + 1,
             Over::PixelSort(level) => morton_sort::level_count(params.pixel_count(), level),
-            Over::DepositSort(level) => morton_sort::level_count(params.deposit_capacity, level),
+            Over::PhotonSort(level) => morton_sort::level_count(params.photon_capacity, level),
             Over::Count(count) => count,
         }
     }
 }
 
-/// A gather: brings deposits and collection points together.
+/// A gather: brings photons and collection points together.
 #[derive(Clone, Copy, Debug)]
 pub struct Variant {
     /// Name on the command line.
@@ -96,7 +96,7 @@ pub struct Variant {
     pub batch: &'static [Stage],
     /// The words of its index.
     pub words: [Words; 4],
-    /// Whether building moves the deposits into `sorted_geometry` and `sorted_light`, and ids are of those.
+    /// Whether building moves the photons into `sorted_geometry` and `sorted_light`, and ids are of those.
     pub sorts: bool,
     /// The pass that builds.
     #[cfg(not(target_arch = "spirv"))]
@@ -107,7 +107,7 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// An index of deposits that has no stages, words or name yet.
+    /// An index of photons that has no stages, words or name yet.
     pub const NEW: Variant = Variant {
         name: "",
         description: "",
@@ -125,9 +125,9 @@ impl Variant {
         gather: &exchange::brute::GATHER,
     };
 
-    /// Elements of the sorted deposits.
+    /// Elements of the sorted photons.
     pub fn sorted(&self, params: &FrameParams) -> u32 {
-        if self.sorts { params.deposit_capacity } else { 0 }
+        if self.sorts { params.photon_capacity } else { 0 }
     }
 }
 

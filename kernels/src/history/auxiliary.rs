@@ -23,7 +23,7 @@ use spirv_std::glam::{Vec2, Vec3};
 /// Prefixes of camera paths, a pixel an invocation.
 #[pass(name = "auxiliary", over = params.pixel_count(), work = Auxiliary, joint)]
 pub fn auxiliary(
-    place: u32,
+    index: u32,
     params: &FrameParams,
     features: Features,
     scene: SceneTables<'_>,
@@ -32,7 +32,7 @@ pub fn auxiliary(
     #[len = params.pixel_count()] pixel_order: &[u32],
     auxiliary: Slots<'_, Auxiliary>,
 ) {
-    let pixel = pixel_order[place as usize];
+    let pixel = pixel_order[index as usize];
     let shown = Shown { pixel, params, features, materials: scene.materials, instances, records: auxiliary };
     run(shown, params, features, scene, tracer, &mut Uncounted);
 }

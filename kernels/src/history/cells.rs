@@ -1,7 +1,7 @@
-//! Where light changed: marks of validation deposits in cells of the world, coarse and fine.
+//! Where light changed: marks of validation photons in cells of the world, coarse and fine.
 //!
 //! A cell is about 16 pixels wide where the eye sees it directly, whatever mirrors show it. Each mark also counts in the
-//! coarser cells around it, so that a place is judged by the smallest cell that knows enough. The largest is all of the world: a few
+//! coarser cells around it, so that a position is judged by the smallest cell that knows enough. The largest is all of the world: a few
 //! marks judge what has none near by, whatever faces of the grid lie between. A mesh that moves has cells of its own: what lies on it
 //! may rest while all around it changes. Edges are powers of two; all cells share one hash table.
 
@@ -22,7 +22,7 @@ use spirv_std::num_traits::Float;
 pub const WORDS: u32 = 9;
 /// Word of the way moved.
 const MOVED: u32 = 1;
-/// Word of the number of changes: one for a deposit in both frames, or for one that came or went.
+/// Word of the number of changes: one for a photon in both frames, or for one that came or went.
 const CHANGES: u32 = 2;
 /// First word of the light of the frame before.
 const BEFORE: u32 = 3;
@@ -47,12 +47,12 @@ const SIZES_THAT_JUDGE: u32 = 4;
 /// Most light of a mark, in that of a light path.
 const MAX_MARK_LIGHT: f32 = 4.0;
 
-/// How light changed from one frame to the next, over the deposits of a cell.
+/// How light changed from one frame to the next, over the photons of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Change {
     /// Share of the light that is gone or came anew, beyond noise, in [0, 1].
     pub lost: f32,
-    /// Mean way of deposits (radii of a point seen directly), the longest of the cells that judge.
+    /// Mean way of photons (radii of a point seen directly), the longest of the cells that judge.
     pub moved: f32,
 }
 
@@ -75,8 +75,8 @@ impl LightFrame {
 
     /// One of these.
     #[inline(always)]
-    pub fn new(instance: u32, place: u32) -> LightFrame {
-        LightFrame(2 * instance + place)
+    pub fn new(instance: u32, index: u32) -> LightFrame {
+        LightFrame(2 * instance + index)
     }
 
     /// Nothing: the instance moves below light that stays where it is in the world.
@@ -112,19 +112,19 @@ fn slot(position: Vec3, carrier: LightFrame, finest: u32, size: u32) -> u32 {
     WORDS * (hash::slot(here, 0, u32::MAX).wrapping_add(key ^ (key >> 16)) & (VALIDATION_CELLS - 1))
 }
 
-/// A deposit of a validation path in one of two frames.
+/// A photon of a validation path in one of two frames.
 #[derive(Clone, Copy, Debug)]
 pub struct Mark {
     /// Position (m).
     pub position: Vec3,
     /// What moves with it.
     pub carrier: LightFrame,
-    /// Flux per cosine (W); 0 where the frame has no such deposit.
+    /// Flux per cosine (W); 0 where the frame has no such photon.
     pub flux: f32,
 }
 
 impl Mark {
-    /// Number of deposits: one or none.
+    /// Number of photons: one or none.
     #[inline(always)]
     fn count(&self) -> u32 {
         if self.flux > 0.0 { 1 } else { 0 }
@@ -139,7 +139,7 @@ impl Mark {
     }
 }
 
-/// Marks the same deposit of one path in both frames, or the one that came or went. `moved` is its way (radii of a point seen
+/// Marks the same photon of one path in both frames, or the one that came or went. `moved` is its way (radii of a point seen
 /// directly); below [`MAX_STEP`] both are the same light.
 ///
 /// Light that moves across a face of its cell is no light lost: it shortens histories by its way. What counts is how its flux
@@ -204,7 +204,7 @@ fn lost(cells: &[u32], first: usize) -> f32 {
     (significant_change(change, variance) / before.max(before + change).max(1.0)).min(1.0)
 }
 
-/// How light changed at a place: by the smallest cell with enough marks, else by the largest; not at all without a mark.
+/// How light changed at a position: by the smallest cell with enough marks, else by the largest; not at all without a mark.
 /// What is lost may be beyond noise only in some of the larger cells, and a mark that moved is no noise at all, however
 /// few there are: the largest share and the longest way count.
 #[inline(always)]
@@ -265,7 +265,7 @@ mod tests {
     }
 
     /// The middle of a finest cell that shares every coarser cell with its neighbour to the right.
-    fn place() -> Vec3 {
+    fn middle() -> Vec3 {
         Vec3::splat(0.5 * edge())
     }
 
@@ -273,7 +273,7 @@ mod tests {
         Mark { position, carrier, flux }
     }
 
-    /// Adds deposits of `count` light paths that had a flux of three channels; so large a share of it is left now.
+    /// Adds photons of `count` light paths that had a flux of three channels; so large a share of it is left now.
     fn add(cells: &mut [u32], count: u32, position: Vec3, carrier: LightFrame, left: f32, moved: f32) {
         let mut cells = AtomicWords::new(cells);
         for _ in 0..count {
@@ -291,18 +291,18 @@ mod tests {
     #[test]
     fn nothing_marked_and_light_at_rest_are_no_change() {
         let mut cells = empty();
-        assert_eq!(change(&cells, place(), WORLD, &params()), Change::default());
-        add(&mut cells, 100, place(), WORLD, 1.0, 0.0);
-        assert_eq!(change(&cells, place(), WORLD, &params()), Change::default());
+        assert_eq!(change(&cells, middle(), WORLD, &params()), Change::default());
+        add(&mut cells, 100, middle(), WORLD, 1.0, 0.0);
+        assert_eq!(change(&cells, middle(), WORLD, &params()), Change::default());
     }
 
     #[test]
     fn enough_marks_judge_their_own_cell() {
         let mut cells = empty();
-        let beside = place() + Vec3::X * edge();
-        add(&mut cells, 6, place(), WORLD, 1.0, 2.0);
+        let beside = middle() + Vec3::X * edge();
+        add(&mut cells, 6, middle(), WORLD, 1.0, 2.0);
         add(&mut cells, 6, beside, WORLD, 1.0, 4.0);
-        let found = change(&cells, place(), WORLD, &params());
+        let found = change(&cells, middle(), WORLD, &params());
         // Means of sums in 1/256, which these numbers are.
         assert_eq!((found.lost, found.moved), (0.0, 2.0));
         assert_eq!(change(&cells, beside, WORLD, &params()).moved, 4.0);
@@ -311,11 +311,11 @@ mod tests {
     #[test]
     fn too_few_marks_are_judged_with_those_around() {
         let mut cells = empty();
-        let beside = place() + Vec3::X * edge();
-        add(&mut cells, 2, place(), WORLD, 1.0, 0.0);
+        let beside = middle() + Vec3::X * edge();
+        add(&mut cells, 2, middle(), WORLD, 1.0, 0.0);
         add(&mut cells, 6, beside, WORLD, 1.0, 4.0);
         // Twelve marks of sixteen, in a cell of twice the edge.
-        assert_eq!(change(&cells, place(), WORLD, &params()).moved, 3.0);
+        assert_eq!(change(&cells, middle(), WORLD, &params()).moved, 3.0);
         // Few that moved are not hidden by many that rest around them.
         assert_eq!(change(&cells, beside, WORLD, &params()).moved, 4.0);
     }
@@ -323,7 +323,7 @@ mod tests {
     #[test]
     fn a_few_marks_judge_all_that_has_none_near_by() {
         let mut cells = empty();
-        add(&mut cells, 2, place(), WORLD, 0.93, 4.0);
+        add(&mut cells, 2, middle(), WORLD, 0.93, 4.0);
         // Also behind the planes of the axes, which are faces of all finer cells.
         for far in [Vec3::X, Vec3::NEG_X, Vec3::NEG_ONE] {
             let found = change(&cells, 1000.0 * edge() * far, WORLD, &params());
@@ -335,8 +335,8 @@ mod tests {
     #[test]
     fn light_that_goes_out_is_lost() {
         let mut cells = empty();
-        add(&mut cells, 100, place(), WORLD, 0.0, MAX_STEP);
-        let found = change(&cells, place(), WORLD, &params());
+        add(&mut cells, 100, middle(), WORLD, 0.0, MAX_STEP);
+        let found = change(&cells, middle(), WORLD, &params());
         assert_eq!((found.lost, found.moved), (1.0, MAX_STEP));
     }
 
@@ -345,8 +345,8 @@ mod tests {
         for (left, share) in [(0.93, 0.07), (1.0 / 0.93, 0.07), (0.99, 0.01), (0.8, 0.2)] {
             for count in [1u32, 2, 6, 100] {
                 let mut cells = empty();
-                add(&mut cells, count, place(), WORLD, left, 0.5);
-                let found = change(&cells, place(), WORLD, &params());
+                add(&mut cells, count, middle(), WORLD, left, 0.5);
+                let found = change(&cells, middle(), WORLD, &params());
                 // Half a quantum of each path.
                 assert!((found.lost - share).abs() < 1.0e-4, "{count}, {left}: {}", found.lost);
                 assert_eq!(found.moved, 0.5);
@@ -357,21 +357,21 @@ mod tests {
     #[test]
     fn light_that_moves_across_a_face_of_its_cell_is_not_lost() {
         let (mut cells, params) = (empty(), params());
-        let beside = place() + Vec3::X * edge();
+        let beside = middle() + Vec3::X * edge();
         for count in 0..40 {
-            let (from, to) = if count % 4 == 0 { (place(), beside) } else { (place(), place()) };
+            let (from, to) = if count % 4 == 0 { (middle(), beside) } else { (middle(), middle()) };
             let mut cells = AtomicWords::new(&mut cells);
             mark(&mut cells, at(from, WORLD, 3.0), at(to, WORLD, 3.0), 1.0, &params);
         }
-        assert_eq!(change(&cells, place(), WORLD, &params), Change { lost: 0.0, moved: 1.0 });
+        assert_eq!(change(&cells, middle(), WORLD, &params), Change { lost: 0.0, moved: 1.0 });
         assert_eq!(change(&cells, beside, WORLD, &params).lost, 0.0);
         // Further than that it is other light.
         let mut cells = empty();
         for _ in 0..40 {
             let mut cells = AtomicWords::new(&mut cells);
-            mark(&mut cells, at(place(), WORLD, 3.0), at(beside, WORLD, 3.0), MAX_STEP, &params);
+            mark(&mut cells, at(middle(), WORLD, 3.0), at(beside, WORLD, 3.0), MAX_STEP, &params);
         }
-        for position in [place(), beside] {
+        for position in [middle(), beside] {
             assert_eq!(change(&cells, position, WORLD, &params).lost, 1.0);
         }
     }
@@ -379,19 +379,19 @@ mod tests {
     #[test]
     fn what_some_paths_lose_and_others_gain_is_chance() {
         let mut cells = empty();
-        add(&mut cells, 50, place(), WORLD, 0.0, MAX_STEP);
+        add(&mut cells, 50, middle(), WORLD, 0.0, MAX_STEP);
         let mut words = AtomicWords::new(&mut cells);
         for _ in 0..45 {
-            mark(&mut words, at(place(), WORLD, 0.0), at(place(), WORLD, 3.0), MAX_STEP, &params());
+            mark(&mut words, at(middle(), WORLD, 0.0), at(middle(), WORLD, 3.0), MAX_STEP, &params());
         }
-        assert_eq!(change(&cells, place(), WORLD, &params()).lost, 0.0);
+        assert_eq!(change(&cells, middle(), WORLD, &params()).lost, 0.0);
     }
 
     #[test]
     fn rounding_of_a_flux_is_no_change() {
         let mut cells = empty();
-        add(&mut cells, 100, place(), WORLD, 1.0 + 4.0 * f32::EPSILON, 0.0);
-        assert_eq!(change(&cells, place(), WORLD, &params()), Change::default());
+        add(&mut cells, 100, middle(), WORLD, 1.0 + 4.0 * f32::EPSILON, 0.0);
+        assert_eq!(change(&cells, middle(), WORLD, &params()), Change::default());
     }
 
     #[test]
@@ -400,10 +400,10 @@ mod tests {
             [0, 1, 2, 77].map(|id| [LightFrame::instance(id), LightFrame::world_below(id)]).concat();
         for (index, &marks) in carriers.iter().enumerate() {
             let mut cells = empty();
-            add(&mut cells, 10, place(), marks, 1.0, 1.0);
+            add(&mut cells, 10, middle(), marks, 1.0, 1.0);
             for (other, &carrier) in carriers.iter().enumerate() {
                 let moved = if other == index { 1.0 } else { 0.0 };
-                assert_eq!(change(&cells, place(), carrier, &params()).moved, moved);
+                assert_eq!(change(&cells, middle(), carrier, &params()).moved, moved);
             }
         }
     }
@@ -411,7 +411,7 @@ mod tests {
     #[test]
     fn the_longest_ways_are_not_told_apart() {
         let mut cells = empty();
-        add(&mut cells, 10, place(), WORLD, 1.0, 1.0e9);
-        assert_eq!(change(&cells, place(), WORLD, &params()).moved, MAX_STEP);
+        add(&mut cells, 10, middle(), WORLD, 1.0, 1.0e9);
+        assert_eq!(change(&cells, middle(), WORLD, &params()).moved, MAX_STEP);
     }
 }

@@ -4,7 +4,7 @@ use crate::gather::contribution::contribution;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::material::Material;
-use crate::interface::point::{DepositLight, PointShading};
+use crate::interface::point::{PhotonLight, PointShading};
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
@@ -20,7 +20,7 @@ pub fn head_on(
     params: &FrameParams,
     features: Features,
 ) -> Vec3 {
-    let light = DepositLight { to_light: shading.shading_normal, flux: Vec3::ONE, ..Default::default() };
+    let light = PhotonLight { to_light: shading.shading_normal, flux: Vec3::ONE, ..Default::default() };
     let material = material_of(shading, materials, features);
     contribution(shading, material, &light, params.specular_roughness, features)
 }

@@ -39,7 +39,7 @@ impl Nearest {
         Nearest { reprojected_point, pixel: 0, found: false, square: f32::MAX, search_radius }
     }
 
-    /// Looks around a place in the frame before (px): in a wide window only where the point at `depth` is seen by specular events
+    /// Looks around a position in the frame before (px): in a wide window only where the point at `depth` is seen by specular events
     /// and none is reusable near by.
     #[inline(always)]
     pub fn search<L>(&mut self, at: Vec2, depth: u32, params: &FrameParams, history: PreviousFrame<'_, L>) {

@@ -206,7 +206,7 @@ pub fn path_judge(
     path_max_frames.write(block, frames);
 }
 
-/// What paths that were traced again around a place found, of direct and of indirect light.
+/// What paths that were traced again around a position found, of direct and of indirect light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Changes {
     /// Sum of their light in the frame before.
@@ -221,7 +221,7 @@ struct Changes {
     squares: Vec2,
 }
 
-/// Share of the light by which that of a place may be late. Promised are 0.01: few paths see less of a fade than there is.
+/// Share of the light by which that of a position may be late. Promised are 0.01: few paths see less of a fade than there is.
 const MAX_LATE: f32 = 0.007;
 /// Share of it by which single paths' light may be: what one loses another gains, as where the edge of a shadow moves.
 const MAX_PATHS_LATE: f32 = 0.05;
@@ -375,7 +375,7 @@ fn find_history_sample(
     // Pixels side by side see a surface at a slant further apart than a disc is wide.
     let cos = shading.to_viewer.dot(point.normal).abs().max(MIN_SLANT_COS);
     let search_radius = SEARCH_RADIUS / cos.sqrt();
-    let mut reprojected_point = ReprojectedPoint::in_place(point, shading);
+    let mut reprojected_point = ReprojectedPoint::unmoved(point, shading);
     let mut nearest = Nearest::new(reprojected_point, search_radius);
     let mut frames = Vec2::splat(MAX_STILL_FRAMES);
     if params.moved == 0 {
@@ -414,7 +414,7 @@ fn find_history_sample(
     }
 }
 
-/// Frames that light may count at a place in the frame before (px).
+/// Frames that light may count at a position in the frame before (px).
 #[inline(always)]
 fn max_frames_at(at: Vec2, path_max_frames: &[Vec2], params: &FrameParams) -> Vec2 {
     let column = clamp(at.x, 0.0, params.width as f32 - 1.0) as u32;

@@ -23,7 +23,7 @@ pub struct ReprojectedPoint {
 impl ReprojectedPoint {
     /// Where the point is.
     #[inline(always)]
-    pub fn in_place(point: &PointGeometry, shading: &PointShading) -> Self {
+    pub fn unmoved(point: &PointGeometry, shading: &PointShading) -> Self {
         ReprojectedPoint {
             position: point.position,
             normal: point.normal,
@@ -35,7 +35,7 @@ impl ReprojectedPoint {
     /// Where the instance of a point was.
     #[inline(always)]
     pub fn new(point: &PointGeometry, shading: &PointShading, instances: &[Instance]) -> Self {
-        let mut point_before = ReprojectedPoint::in_place(point, shading);
+        let mut point_before = ReprojectedPoint::unmoved(point, shading);
         if shading.instance != 0 {
             let motion = instances[shading.instance as usize].to_previous;
             point_before.position = motion.point(point.position);

@@ -239,8 +239,8 @@ mod tests {
                 assert!((found.radiance - shown).length() < 2.0e-6 * shown.length());
                 assert_eq!(found.point.samples, n + 1.0);
                 // The mean of the positions: n at the offset, one at the point.
-                let place = point().position + offset * (n / (n + 1.0));
-                assert!((found.point.position - place).length() < 1.0e-6);
+                let position = point().position + offset * (n / (n + 1.0));
+                assert!((found.point.position - position).length() < 1.0e-6);
             }
         }
     }
@@ -250,7 +250,7 @@ mod tests {
         let light = Vec3::new(1.0, 2.0, 3.0) * 1.0e-4;
         for white in [Vec3::ONE, Vec3::new(0.25, 1.0, 0.5)] {
             for color in [Vec3::ONE, Vec3::new(0.5, 0.25, 0.125), Vec3::new(0.5, 0.0, 0.25)] {
-                // The same deposits give both texels the same light times their colours.
+                // The same photons give both texels the same light times their colours.
                 let source =
                     blended(&shading(0, white), white * light, Reprojected::default(), &DEMODULATES, 1);
                 let own = blended(&shading(0, color), color * light, Reprojected::default(), &DEMODULATES, 1);
@@ -258,7 +258,7 @@ mod tests {
                 let reprojected = Reprojected { mean: source.mean, samples: 1.0e6, ..Reprojected::default() };
                 let found = blended(&shading(0, color), color * light, reprojected, &DEMODULATES, 1);
                 assert!((found.radiance - own.radiance).length() < 1.0e-6 * own.radiance.length());
-                // Irradiance: pi R^2 of the light that deposits brought.
+                // Irradiance: pi R^2 of the light that photons brought.
                 let expected = PI * light / (PI * 0.02 * 0.02);
                 assert!((source.mean - expected).length() < 1.0e-5 * expected.length(), "{}", source.mean);
                 // Reused radiance carries the colour of its source along.

@@ -27,7 +27,7 @@ use validate::VALIDATE;
 
 /// Share of the light that is lost a frame, above which nothing is reused.
 const MAX_LOST: f32 = 0.25;
-/// Share of the light by which that of a place which fades may be late. Promised are 0.02: few paths see less of a fade than there is,
+/// Share of the light by which that of a position which fades may be late. Promised are 0.02: few paths see less of a fade than there is,
 /// and paths of unlike flux scatter though they fade alike.
 const MAX_LATE: f32 = 0.013;
 
@@ -50,8 +50,8 @@ pub const VALIDATED: History = History {
         ]
     },
     resolve: &RESOLVE_HISTORY,
-    forget: &["history_points", "validation_deposits"],
-    keeps: &["history_points", "history_mean", "validation_deposits"],
+    forget: &["history_points", "validation_photons"],
+    keeps: &["history_points", "history_mean", "validation_photons"],
     validates: true,
 };
 
@@ -133,7 +133,7 @@ fn nearest(
 
 /// Maximum frames' worth that reused light counts, by how it changed.
 ///
-/// Light that counts n frames is n frames late. What is late is not only blurred: where its old place is hidden by what
+/// Light that counts n frames is n frames late. What is late is not only blurred: where its old position is hidden by what
 /// moved, as behind the wall of a ring that carries its caustic along, it is lost, frame by frame. No weighing of that loss
 /// against noise is safe, so the lag itself is bounded, to a part of a disc for light that moves and to a part of its
 /// brightness for light that fades; from a quarter a frame on a light went out, and nothing is kept. Validation paths alone

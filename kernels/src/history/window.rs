@@ -1,9 +1,9 @@
-//! Where a point of today stood in the image of the frame before, and the pixels around that place.
+//! Where a point of today stood in the image of the frame before, and the pixels around that position.
 //!
 //! The collection points of a frame are an image too: neighbours on a surface, seen the same way, are neighbours in it. A
 //! point is carried back to the previous camera as the eye sees it: at its virtual image, which lies on its own ray at the length of
 //! its path behind plane mirrors, and where `math::pencil` says behind curved mirrors and glass, to first order in the eye's
-//! way. Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more (a place seen directly and in
+//! way. Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more (a point seen directly and in
 //! a mirror is reused in both), but pixels behind curved glass scatter over the room and are in every search's way: over
 //! mirror-room's points, a BVH in the order of the pixels cost 1.2 frames.
 
@@ -47,7 +47,7 @@ pub fn project(from_eye: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
     if !is_before {
         return Vec2::splat(-1.0e6);
     }
-    let at = params.place_of(at);
+    let at = params.raster_position(at);
     at.clamp(Vec2::splat(-1.0e6), Vec2::splat(1.0e6))
 }
 
@@ -164,15 +164,15 @@ mod tests {
     #[test]
     fn a_camera_that_moved_saw_places_elsewhere() {
         let params = params(Vec3::NEG_Z);
-        let place = EYE + Vec3::new(0.0, 0.0, -4.0);
+        let position = EYE + Vec3::new(0.0, 0.0, -4.0);
         let middle = Vec2::new(80.0, 45.0);
-        let project = |camera: &Camera| project(place - camera.position, camera, &params);
+        let project = |camera: &Camera| project(position - camera.position, camera, &params);
         assert!((project(&params.camera) - middle).length() < 1.0e-4);
-        // The eye stood 0.1 m further left: the place was 0.1 / (4 0.8) of half an image further right.
+        // The eye stood 0.1 m further left: the point was 0.1 / (4 0.8) of half an image further right.
         let left = Camera { position: EYE - Vec3::X * 0.1, ..params.camera };
         let right = Vec2::new(80.0 * 0.1 / 3.2, 0.0);
         assert!((project(&left) - middle - right).length() < 1.0e-3);
-        // 0.1 m further down: the place was higher, in smaller rows.
+        // 0.1 m further down: the point was higher, in smaller rows.
         let below = Camera { position: EYE - Vec3::Y * 0.1, ..params.camera };
         let up = Vec2::new(0.0, -45.0 * 0.1 / (4.0 * 0.45));
         assert!((project(&below) - middle - up).length() < 1.0e-3);
@@ -201,11 +201,11 @@ mod tests {
     #[test]
     fn places_behind_the_eye_are_in_no_pixel() {
         let params = params(Vec3::NEG_Z);
-        for place in [EYE + Vec3::Z, EYE, EYE + Vec3::X] {
-            let at = project(place - EYE, &params.camera, &params);
+        for position in [EYE + Vec3::Z, EYE, EYE + Vec3::X] {
+            let at = project(position - EYE, &params.camera, &params);
             assert_eq!(around(at, WIDE_HALF_WIDTH, &params), []);
         }
-        // So are places far beside the image, whatever their distance.
+        // So are points far beside the image, whatever their distance.
         let beside = project(Vec3::new(1.0e9, 0.0, -1.0e-5), &params.camera, &params);
         assert_eq!((beside.x, around(beside, WIDE_HALF_WIDTH, &params)), (1.0e6, vec![]));
     }

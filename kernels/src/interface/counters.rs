@@ -6,11 +6,11 @@ use crate::interface::ledger::{ENTRY_COUNT, LEDGER_BANKS, LEDGER_FIRST};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Counter {
-    /// Deposits made.
-    Deposits,
-    /// Deposits that found no room.
-    DepositsDropped,
-    /// (deposit, point) pairs taken.
+    /// Photons made.
+    Photons,
+    /// Photons that found no room.
+    PhotonsDropped,
+    /// (photon, point) pairs taken.
     Gathered,
     /// Addends clamped by the accumulator.
     Clamped,
@@ -37,8 +37,8 @@ pub const COUNTER_COUNT: usize = (LEDGER_FIRST + 2 * ENTRY_COUNT * LEDGER_BANKS)
 
 /// Names of the counters that a person wants to see.
 pub const COUNTER_NAMES: [(Counter, &str); 12] = [
-    (Counter::Deposits, "deposits"),
-    (Counter::DepositsDropped, "deposits_dropped"),
+    (Counter::Photons, "deposits"),
+    (Counter::PhotonsDropped, "deposits_dropped"),
     (Counter::Gathered, "gathered"),
     (Counter::Clamped, "clamped"),
     (Counter::NonFinite, "non_finite"),
@@ -51,13 +51,13 @@ pub const COUNTER_NAMES: [(Counter, &str); 12] = [
     (Counter::UnexpectedFaces, "unexpected_faces"),
 ];
 
-/// A slot of the buffer `deposit_state`.
+/// A slot of the buffer `photon_state`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-pub enum DepositState {
-    /// Deposits stored in this batch, those without room included.
+pub enum PhotonState {
+    /// Photons stored in this batch, those without room included.
     Stored,
 }
 
-/// Slots of the buffer `deposit_state`.
-pub const DEPOSIT_STATE_COUNT: usize = 4;
+/// Slots of the buffer `photon_state`.
+pub const PHOTON_STATE_COUNT: usize = 4;

@@ -11,7 +11,7 @@ pub struct Features(pub u32);
 /// Declares the bits, a line each, with their names.
 macro_rules! bits {
     ($($(#[$doc:meta])* $bit:ident $name:literal;)*) => {
-        /// Places of the bits.
+        /// Positions of the bits.
         #[allow(non_camel_case_types, clippy::upper_case_acronyms)]
         enum Bit {
             $($bit,)*

@@ -1,7 +1,7 @@
 //! What every pass gets: the settings of the frame, and where a dispatch stands in its pass.
 
 use crate::interface::caster::Casters;
-use crate::interface::counters::DepositState;
+use crate::interface::counters::PhotonState;
 use crate::interface::history::HistorySettings;
 use crate::interface::sequence::Sequence;
 use bytemuck::{Pod, Zeroable};
@@ -62,7 +62,7 @@ pub struct FrameParams {
     pub frame: u32,
     /// Light paths of the whole frame.
     pub light_path_count: u32,
-    /// Light paths whose deposits the deposit buffers hold: those of a batch, at most.
+    /// Light paths whose photons the photon buffers hold: those of a batch, at most.
     pub light_path_batch: u32,
     /// Validation paths: 0 of a history that has none, else the same in every frame that shoots.
     pub validation_path_count: u32,
@@ -80,9 +80,9 @@ pub struct FrameParams {
     pub quantum: f32,
     /// Lights in the light table.
     pub light_count: u32,
-    /// Deposits that fit the deposit buffers.
-    pub deposit_capacity: u32,
-    /// Cells of the deposit grid's hash table minus one (a power of two minus one).
+    /// Photons that fit the photon buffers.
+    pub photon_capacity: u32,
+    /// Cells of the photon grid's hash table minus one (a power of two minus one).
     pub cell_mask: u32,
     /// Linear exposure factor of `display`.
     pub exposure: f32,
@@ -112,7 +112,7 @@ pub struct Dispatch {
     pub count: u32,
     /// The stage of an index, the level of a filter or of a pyramid, the variant of a splat.
     pub level: u32,
-    /// 1: at most as many invocations as deposits are stored, which only the device knows.
+    /// 1: at most as many invocations as photons are stored, which only the device knows.
     pub stored: u32,
 }
 
@@ -122,13 +122,13 @@ const _: () = assert!(size_of::<FrameParams>() == 752);
 impl Dispatch {
     /// Invocations there are.
     #[inline(always)]
-    pub fn limit(&self, deposit_state: &[u32], params: &FrameParams) -> u32 {
-        if self.stored == 0 { self.count } else { self.count.min(params.deposit_count(deposit_state)) }
+    pub fn limit(&self, photon_state: &[u32], params: &FrameParams) -> u32 {
+        if self.stored == 0 { self.count } else { self.count.min(params.photon_count(photon_state)) }
     }
 }
 
 impl FrameParams {
-    /// 0, which no compiler knows: of an array whose places it knows a GPU's compiler makes registers.
+    /// 0, which no compiler knows: of an array whose indices it knows a GPU's compiler makes registers.
     #[inline(always)]
     pub fn zero(&self) -> u32 {
         self.width >> 31
@@ -153,10 +153,10 @@ impl FrameParams {
         row * self.window.film_width + column
     }
 
-    /// Deposits there are: those stored, as far as they fit.
+    /// Photons there are: those stored, as far as they fit.
     #[inline(always)]
-    pub fn deposit_count(&self, deposit_state: &[u32]) -> u32 {
-        deposit_state[DepositState::Stored as usize].min(self.deposit_capacity)
+    pub fn photon_count(&self, photon_state: &[u32]) -> u32 {
+        photon_state[PhotonState::Stored as usize].min(self.photon_capacity)
     }
 
     /// Sums over the pixels so many to each side of a pixel, as far as there are.

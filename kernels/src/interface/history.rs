@@ -1,4 +1,4 @@
-//! What outlives a frame: collection points with the light they gathered, and deposits to judge by whether it still holds.
+//! What outlives a frame: collection points with the light they gathered, and photons to judge by whether it still holds.
 
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::{Vec2, Vec3};
@@ -49,13 +49,13 @@ pub struct HistorySettings {
     pub demodulates: u32,
 }
 
-/// A deposit of a validation path in the frame before.
+/// A photon of a validation path in the frame before.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct ValidationDeposit {
+pub struct ValidationPhoton {
     /// Position (m).
     pub position: Vec3,
-    /// Flux per cosine that it had were it the only light path, summed over channels (W); 0 marks "no deposit here".
+    /// Flux per cosine that it had were it the only light path, summed over channels (W); 0 marks "no photon here".
     pub flux: f32,
     /// Index into the instances of what it lies on.
     pub instance: u32,
@@ -107,8 +107,8 @@ pub struct Retraced {
 
 /// Light paths of a frame for each validation path.
 pub const PATHS_PER_VALIDATION: u32 = 8;
-/// Deposits that a validation path remembers.
-pub const VALIDATION_DEPOSITS: u32 = 4;
+/// Photons that a validation path remembers.
+pub const VALIDATION_PHOTONS: u32 = 4;
 /// Frames for which a validation path keeps its random numbers.
 pub const VALIDATION_PERIOD: u32 = 8;
 /// Cells of the hash table of validation (`history::cells`).
@@ -127,4 +127,4 @@ const _: () = assert!(size_of::<HistoryPoint>() == 32);
 const _: () = assert!(size_of::<Reprojected>() == 32);
 const _: () = assert!(size_of::<HistorySettings>() == 16);
 const _: () = assert!(size_of::<PathLight>() == 32);
-const _: () = assert!(size_of::<ValidationDeposit>() == 20);
+const _: () = assert!(size_of::<ValidationPhoton>() == 20);

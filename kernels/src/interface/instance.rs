@@ -18,7 +18,7 @@ pub struct Transform {
     pub offset: Vec3,
 }
 
-/// A mesh in a place; its rows of triangles are in its own space, and may serve other instances too. The first instance is the
+/// An instance of a mesh; its rows of triangles are in its own space, and may serve other instances too. The first instance is the
 /// world, where rows are what they say.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -27,7 +27,7 @@ pub struct Instance {
     pub to_object: Transform,
     /// Back.
     pub to_world: Transform,
-    /// From the world, now, to where the same place of the mesh was in the frame before.
+    /// From the world, now, to where the same point of the mesh was in the frame before.
     pub to_previous: Transform,
     /// Root of the mesh's BVH in the nodes.
     pub root: u32,

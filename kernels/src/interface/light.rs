@@ -67,7 +67,7 @@ macro_rules! for_each_light {
 pub(crate) use for_each_light;
 
 impl Light {
-    /// Whether its light is parallel: paths differ by the place where they start, not by their direction.
+    /// Whether its light is parallel: paths differ by the position where they start, not by their direction.
     #[inline(always)]
     pub fn is_parallel(&self) -> bool {
         self.radius > 0.0

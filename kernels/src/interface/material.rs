@@ -69,7 +69,7 @@ pub const FLAG_NORMAL_MAP: u32 = 1 << 19;
 pub const FLAG_CUT_OUT: u32 = 1 << 20;
 /// Alpha is the share of rays for which the surface is there.
 pub const FLAG_BLEND: u32 = 1 << 21;
-/// Some texture changes how the surface scatters from place to place.
+/// Some texture changes how the surface scatters from point to point.
 pub const FLAGS_SCATTER_TEXTURE: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTURE | FLAG_NORMAL_MAP;
 /// Some texture is looked up where a path scatters.
 pub const FLAGS_TEXTURE: u32 = FLAGS_SCATTER_TEXTURE | FLAG_EMISSIVE_TEXTURE;

@@ -1,4 +1,4 @@
-//! Collection points and deposits, as structures of arrays.
+//! Collection points and photons, as structures of arrays.
 
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
@@ -63,10 +63,10 @@ pub struct PointDirect {
     pub class_probability: f32,
 }
 
-/// Where a deposit lies: all that a gather reads of deposits it does not take.
+/// Where a photon lies: all that a gather reads of photons it does not take.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct DepositGeometry {
+pub struct PhotonGeometry {
     /// Position (m).
     pub position: Vec3,
     /// Scatterings between the light and this hit.
@@ -77,10 +77,10 @@ pub struct DepositGeometry {
     pub instance: u32,
 }
 
-/// The light of a deposit.
+/// The light of a photon.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct DepositLight {
+pub struct PhotonLight {
     /// Unit direction back along the light path.
     pub to_light: Vec3,
     /// Texel that the path's start is of, if `score` is above 0.
@@ -95,14 +95,14 @@ pub struct DepositLight {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Side {
-    /// Over collection points: deposits look for points.
+    /// Over collection points: photons look for points.
     Points,
-    /// Over deposits: points look for deposits.
+    /// Over photons: points look for photons.
     Photons,
 }
 
 const _: () = assert!(size_of::<PointGeometry>() == 32);
 const _: () = assert!(size_of::<PointShading>() == 64);
 const _: () = assert!(size_of::<PointDirect>() == 16);
-const _: () = assert!(size_of::<DepositGeometry>() == 32);
-const _: () = assert!(size_of::<DepositLight>() == 32);
+const _: () = assert!(size_of::<PhotonGeometry>() == 32);
+const _: () = assert!(size_of::<PhotonLight>() == 32);

@@ -6,7 +6,7 @@ use spirv_std::glam::UVec4;
 /// Groups of four numbers of a path that come from sequences; later ones are independent.
 pub const SEQUENCE_GROUPS: usize = 8;
 
-/// A point of each group's sequence, the same in all pixels: each scrambles it by itself, or moves it by its place in the image.
+/// A point of each group's sequence, the same in all pixels: each scrambles it by itself, or moves it by its position in the image.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Sequence {

@@ -6,9 +6,9 @@ use crate::history::validated::validate::{Compare, uncounted};
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::guide::GuideMap;
-use crate::interface::history::ValidationDeposit;
+use crate::interface::history::ValidationPhoton;
 use crate::interface::instance::Instance;
-use crate::interface::point::{DepositGeometry, DepositLight};
+use crate::interface::point::{PhotonGeometry, PhotonLight};
 use crate::interface::scene::SceneTables;
 use crate::light::aimed::{self, Aimed};
 use crate::light::emit::{EmissionSample, Emit, EvaluatedEmission};
@@ -36,14 +36,14 @@ pub fn light(
     scene: SceneTables<'_>,
     tracer: &mut impl Tracer,
     counters: &mut impl Atomics,
-    deposit_geometry: Slots<'_, DepositGeometry>,
-    deposit_light: Slots<'_, DepositLight>,
-    deposit_state: AtomicWords<'_>,
+    photon_geometry: Slots<'_, PhotonGeometry>,
+    photon_light: Slots<'_, PhotonLight>,
+    photon_state: AtomicWords<'_>,
     start_counts: AtomicWords<'_>,
     guide_maps: &[GuideMap],
     guide_pyramid: &[f32],
     instances: &[Instance],
-    validation_deposits: Slots<'_, ValidationDeposit>,
+    validation_photons: Slots<'_, ValidationPhoton>,
     validation_cells: AtomicWords<'_>,
 ) {
     let path = dispatch.first + index;
@@ -54,30 +54,30 @@ pub fn light(
         aimed: Aimed { power },
         guided: Guided { power, maps: guide_maps, pyramid: guide_pyramid },
     };
-    let mut deposits = Deposits {
+    let mut photons = Photons {
         stores: shoots || aims || guides,
         store: Store {
-            geometry: deposit_geometry,
-            light: deposit_light,
-            state: deposit_state,
+            geometry: photon_geometry,
+            light: photon_light,
+            state: photon_state,
             starts: start_counts,
-            capacity: params.deposit_capacity,
+            capacity: params.photon_capacity,
         },
-        compare: Compare::new(path, params, instances, validation_deposits, validation_cells),
+        compare: Compare::new(path, params, instances, validation_photons, validation_cells),
     };
     let mut rng = Rng::new(Stream::Light, params.seed, path, params.frame);
     let mut features = features;
     if validates {
-        rng = deposits.compare.rng();
+        rng = photons.compare.rng();
         features = uncounted(features);
     }
-    let mut counted = Counted { counts: deposits.stores, counters };
+    let mut counted = Counted { counts: photons.stores, counters };
     let path_state =
-        shoot::follow(path, rng, params, features, scene, &starts, tracer, &mut deposits, &mut counted);
+        shoot::follow(path, rng, params, features, scene, &starts, tracer, &mut photons, &mut counted);
     if validates {
-        deposits.compare.close(path_state);
+        photons.compare.close(path_state);
     } else {
-        deposits.store.close(path_state, &mut counted);
+        photons.store.close(path_state, &mut counted);
     }
 }
 
@@ -105,13 +105,13 @@ impl EmissionMixture for Starts<'_> {
     }
 
     #[inline(always)]
-    fn light(&self, place: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Self::Choice) {
+    fn light(&self, u_position: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Self::Choice) {
         let mut choice = Self::Choice::default();
         let row;
         if self.guides {
-            (row, choice.1) = self.guided.light(place, numbers, rng);
+            (row, choice.1) = self.guided.light(u_position, numbers, rng);
         } else {
-            (row, choice.0) = self.aimed.light(place, numbers, rng);
+            (row, choice.0) = self.aimed.light(u_position, numbers, rng);
         }
         (row, choice)
     }
@@ -146,13 +146,13 @@ impl EmissionMixture for Starts<'_> {
 }
 
 /// Receivers, of which one receives.
-struct Deposits<'a> {
+struct Photons<'a> {
     stores: bool,
     store: Store<'a>,
     compare: Compare<'a>,
 }
 
-impl Receive for Deposits<'_> {
+impl Receive for Photons<'_> {
     type PathState = u32;
 
     #[inline(always)]
@@ -163,7 +163,7 @@ impl Receive for Deposits<'_> {
     }
 
     #[inline(always)]
-    fn receive(&mut self, path_state: &mut u32, geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, path_state: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
         if self.stores {
             self.store.receive(path_state, geometry, light);
         } else {

@@ -1,11 +1,11 @@
-//! Aimed emission: lights and places on them by power, as `ByPower` does, and most directions into the cones in which the place
-//! sees the casters; of parallel light, most places onto their shadows.
+//! Aimed emission: lights and positions on them by power, as `ByPower` does, and most directions into the cones in which the position
+//! sees the casters; of parallel light, most positions onto their shadows.
 //!
 //! A path chooses a caster, or by the share `BY_POWER` none, and starts uniformly in the caster's cone, else by power. Casters are
 //! chosen by the root of the share of directions that they fill, halfway between evenly and by what they get of the light: evenly,
 //! small ones take most paths from a wide mirror.
 //! Its flux is divided by the density of the whole mixture, in which every cone counts that holds the direction: so no path is
-//! heavier than 1 / `BY_POWER` of its weight by power. A caster that holds the place, or fills more than a quarter of the
+//! heavier than 1 / `BY_POWER` of its weight by power. A caster that holds the position, or fills more than a quarter of the
 //! directions from there, has no cone; paths that choose it start by power.
 
 use crate::light::choose;
@@ -76,7 +76,7 @@ fn mixture(count: u32, choice: Choice, direction: Vec3, cone: impl Fn(u32) -> Em
 }
 
 impl Aimed<'_> {
-    /// Emission cone of the caster of this index, seen from a place.
+    /// Emission cone of the caster of this index, seen from a position.
     #[inline(always)]
     fn cone(&self, context: &EmissionContext, index: u32) -> EmissionCone {
         EmissionCone::at(&self.power.params.casters.spheres[index as usize], &context.light, context.position)
@@ -87,9 +87,9 @@ impl EmissionMixture for Aimed<'_> {
     type Choice = Choice;
 
     #[inline(always)]
-    fn light(&self, place: Vec4, _numbers: Vec4, _rng: &mut Rng) -> (u32, Choice) {
+    fn light(&self, u_position: Vec4, _numbers: Vec4, _rng: &mut Rng) -> (u32, Choice) {
         let ByPower { scene, params, .. } = self.power;
-        (choose(scene.lights, params.light_count, place.x, place.y), Choice::default())
+        (choose(scene.lights, params.light_count, u_position.x, u_position.y), Choice::default())
     }
 
     #[inline(always)]

@@ -24,22 +24,22 @@ const NEAR: f32 = 4.0;
 const MIN_SOLID_ANGLE: f32 = 1.0e-3;
 
 /// A point of a triangle.
-struct Place {
+struct TrianglePoint {
     /// Weights of the corners b and c.
     weights: Vec2,
     /// Position (m).
     position: Vec3,
 }
 
-impl Place {
+impl TrianglePoint {
     #[shared]
-    fn uniform(face: Face, u: f32, v: f32) -> Place {
-        Place::new(face, warp::uniform_triangle(u, v))
+    fn uniform(face: Face, u: f32, v: f32) -> TrianglePoint {
+        TrianglePoint::new(face, warp::uniform_triangle(u, v))
     }
 
     /// What is seen from a position in a direction that meets the triangle, less rounding.
     #[shared]
-    fn seen(face: Face, position: Vec3, direction: Vec3) -> Place {
+    fn seen(face: Face, position: Vec3, direction: Vec3) -> TrianglePoint {
         let (edge_b, edge_c) = (face.b - face.a, face.c - face.a);
         let normal = edge_b.cross(edge_c);
         let mut weights = Vec2::ZERO;
@@ -52,12 +52,15 @@ impl Place {
             weights = weights.clamp(Vec2::ZERO, Vec2::ONE);
             weights /= (weights.x + weights.y).max(1.0);
         }
-        Place::new(face, weights)
+        TrianglePoint::new(face, weights)
     }
 
     #[inline(always)]
-    fn new(face: Face, weights: Vec2) -> Place {
-        Place { weights, position: face.a + (face.b - face.a) * weights.x + (face.c - face.a) * weights.y }
+    fn new(face: Face, weights: Vec2) -> TrianglePoint {
+        TrianglePoint {
+            weights,
+            position: face.a + (face.b - face.a) * weights.x + (face.c - face.a) * weights.y,
+        }
     }
 }
 
@@ -73,41 +76,41 @@ pub fn sample_emission(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
-    place: Vec4,
+    u_position: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    let place = Place::uniform(face(light, scene, features), place.z, place.w);
+    let point = TrianglePoint::uniform(face(light, scene, features), u_position.z, u_position.w);
     let mut normal = light.direction;
     if light.sides == 2 && direction.z < 0.5 {
         normal = -normal;
     }
     let local = warp::cosine_hemisphere(direction.x, direction.y);
-    start(light, scene, features, &place, normal, ShadingFrame::new(normal).to_world(local), local.z)
+    start(light, scene, features, &point, normal, ShadingFrame::new(normal).to_world(local), local.z)
 }
 
-/// A path from the side of a place that `normal` is on, in a direction whose cosine with that is `cos`.
+/// A path from the side of a point that `normal` is on, in a direction whose cosine with that is `cos`.
 #[inline(always)]
 fn start(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
-    place: &Place,
+    point: &TrianglePoint,
     normal: Vec3,
     direction: Vec3,
     cos: f32,
 ) -> EmissionSample {
-    let Place { weights, position } = *place;
+    let TrianglePoint { weights, position } = *point;
     let share = emission_at(scene, features, light.triangle, weights.x, weights.y);
     let ray = Ray::endless(offset::leave(position, normal, normal, light.clearance), direction);
     let flux = light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice);
-    // Triangles are pieces of area lights: all of them light the places around, so that no choice counts.
+    // Triangles are pieces of area lights: all of them light the points around, so that no choice counts.
     EmissionSample::new(ray, flux, PI / cos.max(1.0e-3))
 }
 
 /// Where a path starts.
 #[inline(always)]
-pub fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, place: Vec4) -> Vec3 {
-    Place::uniform(face(light, scene, features), place.z, place.w).position
+pub fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, u_position: Vec4) -> Vec3 {
+    TrianglePoint::uniform(face(light, scene, features), u_position.z, u_position.w).position
 }
 
 /// A path in a direction, from the side that it leaves.
@@ -116,16 +119,16 @@ pub fn eval_emission(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
-    place: Vec4,
+    u_position: Vec4,
     direction: Vec3,
 ) -> EvaluatedEmission {
-    let place = Place::uniform(face(light, scene, features), place.z, place.w);
+    let point = TrianglePoint::uniform(face(light, scene, features), u_position.z, u_position.w);
     let mut normal = light.direction;
     let mut cos = direction.dot(normal);
     if light.sides == 2 && cos < 0.0 {
         (normal, cos) = (-normal, -cos);
     }
-    let sample = start(light, scene, features, &place, normal, direction, cos);
+    let sample = start(light, scene, features, &point, normal, direction, cos);
     EvaluatedEmission { sample, pdf: warp::cosine_hemisphere_pdf(cos) / light.sides as f32 }
 }
 
@@ -141,15 +144,15 @@ pub fn sample_light(
 ) -> LightSample {
     let face = face(light, scene, features);
     let near = near(face, position);
-    let (place, to_light, square);
+    let (point, to_light, square);
     if near.solid_angle > 0.0 {
         to_light = near.sample(u, v);
-        place = Place::seen(face, position, to_light);
+        point = TrianglePoint::seen(face, position, to_light);
         // Its density asks for no distance.
         square = 1.0;
     } else {
-        place = Place::uniform(face, u, v);
-        let along = place.position - position;
+        point = TrianglePoint::uniform(face, u, v);
+        let along = point.position - position;
         square = along.length_squared();
         to_light = along / square.sqrt();
     }
@@ -158,9 +161,9 @@ pub fn sample_light(
         return LightSample::none(position);
     }
     let pdf_solid_angle = density(light, near.solid_angle, square, cos);
-    let share = emission_at(scene, features, light.triangle, place.weights.x, place.weights.y);
+    let share = emission_at(scene, features, light.triangle, point.weights.x, point.weights.y);
     LightSample {
-        target: offset::leave(place.position, light.direction, -to_light, light.clearance),
+        target: offset::leave(point.position, light.direction, -to_light, light.clearance),
         to_light,
         radiance_over_pdf: light.emission * share / pdf_solid_angle,
         pdf_solid_angle,

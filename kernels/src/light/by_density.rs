@@ -1,5 +1,5 @@
-//! Emission by a density map [Yang and Ouyang 2021]: lights and places on them by power, as `ByPower` does, and of a light
-//! those directions (of a directional light, those places) more often that the map asks for. The flux of a path is divided
+//! Emission by a density map [Yang and Ouyang 2021]: lights and positions on them by power, as `ByPower` does, and of a light
+//! those directions (of a directional light, those positions) more often that the map asks for. The flux of a path is divided
 //! by the density, so that no map changes the mean.
 
 use crate::light::choose;
@@ -40,17 +40,17 @@ pub struct ByDensity<'a> {
 impl Emit for ByDensity<'_> {
     #[inline(always)]
     fn sample(&self, rng: &mut Rng) -> EmissionSample {
-        let (place, direction) = (rng.next4(), rng.next4());
+        let (u_position, direction) = (rng.next4(), rng.next4());
         let lights = self.power.scene.lights;
-        let light = choose(lights, self.power.params.light_count, place.x, place.y);
+        let light = choose(lights, self.power.params.light_count, u_position.x, u_position.y);
         let parallel = lights[light as usize].is_parallel();
-        let (u, v) = if parallel { (place.z, place.w) } else { (direction.x, direction.y) };
+        let (u, v) = if parallel { (u_position.z, u_position.w) } else { (direction.x, direction.y) };
         let sampled = Map::sample(self.pyramid, map_of(light), Vec2::new(u, v));
         let polar = to_polar(sampled.at);
         let emission = if parallel {
-            self.power.start(Vec4::new(place.x, place.y, polar.x, polar.y), direction)
+            self.power.start(Vec4::new(u_position.x, u_position.y, polar.x, polar.y), direction)
         } else {
-            self.power.start(place, Vec4::new(polar.x, polar.y, direction.z, direction.w))
+            self.power.start(u_position, Vec4::new(polar.x, polar.y, direction.z, direction.w))
         };
         EmissionSample {
             flux: emission.flux / sampled.density,

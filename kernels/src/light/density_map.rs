@@ -46,7 +46,7 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
             below = base + Self::first(level - 1) + 4 * (node / side) * side + 2 * (node % side);
         }
         Node {
-            place: base + Self::first(level) + node,
+            slot: base + Self::first(level) + node,
             below: [below, below + 1, below + 2 * side, below + 2 * side + 1],
         }
     }
@@ -57,16 +57,16 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
         pyramid[(map * Self::NODES + Self::first(SIDE_LOG2)) as usize]
     }
 
-    /// The texel of a place of the unit square, in its map.
+    /// The texel of a point of the unit square, in its map.
     #[inline]
     pub fn texel_at(at: Vec2) -> u32 {
         let (x, y) = ((at.x * Self::SIDE as f32) as u32, (at.y * Self::SIDE as f32) as u32);
         y.min(Self::SIDE - 1) * Self::SIDE + x.min(Self::SIDE - 1)
     }
 
-    /// Samples a place of map `map` by two uniform numbers. A map without sums is uniform.
+    /// Samples a point of map `map` by two uniform numbers. A map without sums is uniform.
     #[inline(always)]
-    pub fn sample(pyramid: &[f32], map: u32, uniform: Vec2) -> Place {
+    pub fn sample(pyramid: &[f32], map: u32, uniform: Vec2) -> PyramidSample {
         let base = map * Self::NODES;
         let total = Self::total(pyramid, map);
         let (mut u, mut v) = (uniform.x, uniform.y);
@@ -95,7 +95,7 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
         }
         let scale = 1.0 / Self::SIDE as f32;
         let at = Vec2::new((x as f32 + u.min(1.0)) * scale, (y as f32 + v.min(1.0)) * scale);
-        Place { at, density, texel: map * Self::TEXELS + y * Self::SIDE + x }
+        PyramidSample { at, density, texel: map * Self::TEXELS + y * Self::SIDE + x }
     }
 }
 
@@ -103,14 +103,14 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Node {
     /// Where it is among the sums of all maps.
-    pub place: u32,
+    pub slot: u32,
     /// Where the four that it is the sum of are; nothing for a texel.
     pub below: [u32; 4],
 }
 
-/// A place of the unit square sampled by its density.
+/// A point of the unit square sampled by its density.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PyramidSample {
     /// Coordinates in the unit square.
     pub at: Vec2,
     /// Density there; 1 on average.
@@ -126,7 +126,7 @@ fn split(u: f32, first: f32, second: f32) -> (u32, f32) {
     if along < first { (0, along / first) } else { (1, (along - first) / second) }
 }
 
-/// The place of the unit square of polar numbers: `to_polar` back.
+/// The point of the unit square of polar numbers: `to_polar` back.
 #[shared]
 pub fn from_polar(polar: Vec2) -> Vec2 {
     let radius = polar.x.sqrt();
@@ -147,7 +147,7 @@ pub fn from_polar(polar: Vec2) -> Vec2 {
     Vec2::new(0.5 * a + 0.5, 0.5 * b + 0.5)
 }
 
-/// The polar numbers (share of the disc's area, share of a turn) of a place of the unit square, by the map of squares
+/// The polar numbers (share of the disc's area, share of a turn) of a point of the unit square, by the map of squares
 /// around the middle onto rings [Shirley and Chiu 1997]. It keeps areas: what is uniform stays so, and neighbours stay
 /// neighbours, across the disc's middle too.
 #[shared]
@@ -193,8 +193,8 @@ mod tests {
         }
         for level in 1..=Map::TOP {
             for index in 0..Map::count(level, 1) {
-                let Node { place, below } = Map::node(level, index);
-                pyramid[place as usize] = below.map(|child| pyramid[child as usize]).iter().sum();
+                let Node { slot, below } = Map::node(level, index);
+                pyramid[slot as usize] = below.map(|child| pyramid[child as usize]).iter().sum();
             }
         }
         pyramid
@@ -224,12 +224,12 @@ mod tests {
         let count = 400_000;
         for path in 0..count {
             let u = Rng::new(Stream::Light, 3, path, 0).next4();
-            let place = Map::sample(&pyramid, 0, Vec2::new(u.x, u.y));
-            let (x, y) = (place.texel % SIDE, place.texel / SIDE);
-            assert!((place.at * SIDE as f32 - Vec2::new(x as f32, y as f32)).max_element() <= 1.001);
-            let weight = 1.0 / f64::from(place.density);
+            let sample = Map::sample(&pyramid, 0, Vec2::new(u.x, u.y));
+            let (x, y) = (sample.texel % SIDE, sample.texel / SIDE);
+            assert!((sample.at * SIDE as f32 - Vec2::new(x as f32, y as f32)).max_element() <= 1.001);
+            let weight = 1.0 / f64::from(sample.density);
             inverse += weight;
-            moment += weight * f64::from(place.at.x);
+            moment += weight * f64::from(sample.at.x);
             left += f64::from(u32::from(x < SIDE / 2));
             block += f64::from(u32::from((80..84).contains(&x) && (40..48).contains(&y)));
         }
@@ -244,8 +244,8 @@ mod tests {
 
     #[test]
     fn an_empty_map_is_uniform() {
-        let place = Map::sample(&vec![0.0; Map::NODES as usize], 0, Vec2::new(0.3, 0.7));
-        assert!((place.at - Vec2::new(0.3, 0.7)).length() < 1e-6 && place.density == 1.0);
+        let sample = Map::sample(&vec![0.0; Map::NODES as usize], 0, Vec2::new(0.3, 0.7));
+        assert!((sample.at - Vec2::new(0.3, 0.7)).length() < 1e-6 && sample.density == 1.0);
     }
 
     /// Rings of equal area hold equal shares of the square, and so do sectors; the middle is the pole.

@@ -36,10 +36,10 @@ pub fn sample_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
-    place: Vec4,
+    u_position: Vec4,
     _direction: Vec4,
 ) -> EmissionSample {
-    start(light, sample(light, place.z, place.w).0)
+    start(light, sample(light, u_position.z, u_position.w).0)
 }
 
 #[inline(always)]
@@ -49,13 +49,13 @@ fn start(light: &Light, origin: Vec3) -> EmissionSample {
     EmissionSample { area, ..sample }
 }
 
-/// A path from a place of the disc; beyond it the light meets nothing.
+/// A path from a position of the disc; beyond it the light meets nothing.
 #[inline(always)]
 pub fn eval_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
-    _place: Vec4,
+    _u_position: Vec4,
     offset: Vec3,
 ) -> EvaluatedEmission {
     let on_disc = offset.length_squared() <= light.radius * light.radius;

@@ -1,4 +1,4 @@
-//! Emission cones: the directions into which a place of a light sees a caster, or the places across parallel
+//! Emission cones: the directions into which a position of a light sees a caster, or the positions across parallel
 //! light in its shadow. One geometry serves both: an *emission direction* is a unit direction, or for parallel light the offset from the middle of
 //! its disc (m), and a cone is all emission directions within a distance of its middle.
 
@@ -32,7 +32,7 @@ impl EmissionCone {
     /// A closed cone, of no weight.
     pub const NONE: EmissionCone = EmissionCone { middle: Vec3::Z, reach: 0.0, weight: 0.0 };
 
-    /// A caster as a place of a light sees it: closed if it holds the place, or fills more than a quarter of all directions.
+    /// A caster as a position of a light sees it: closed if it holds the position, or fills more than a quarter of all directions.
     #[inline(always)]
     pub fn at(caster: &Caster, light: &Light, from: Vec3) -> EmissionCone {
         if light.is_parallel() {

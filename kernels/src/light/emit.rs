@@ -13,11 +13,11 @@ pub struct EmissionSample {
     pub flux: Vec3,
     /// 1 / density of the direction (sr); 0 for parallel light.
     pub solid_angle: f32,
-    /// 1 / density of the place across parallel light (m^2); 0 for other light.
+    /// 1 / density of the position across parallel light (m^2); 0 for other light.
     pub area: f32,
     /// Texel of the map that learns of this start; 0 without one.
     pub texel: u32,
-    /// See `DepositLight::score`.
+    /// See `PhotonLight::score`.
     pub score: f32,
 }
 
@@ -57,7 +57,7 @@ impl EmissionSample {
 pub struct EvaluatedEmission {
     /// The start that `sample_emission` would make of that direction.
     pub sample: EmissionSample,
-    /// Density with which `sample_emission` takes it: of a direction (1/sr), or of a place across parallel light (1/m^2); 0 where nothing
+    /// Density with which `sample_emission` takes it: of a direction (1/sr), or of a position across parallel light (1/m^2); 0 where nothing
     /// leaves.
     pub pdf: f32,
 }

@@ -26,7 +26,7 @@ pub type Map = Pyramid<10>;
 /// Solid angle of all directions (sr).
 const EVERYWHERE: f32 = 4.0 * PI;
 
-/// The direction of a place of the unit square; areas of it are shares of all directions, and only straight down is torn.
+/// The direction of a point of the unit square; areas of it are shares of all directions, and only straight down is torn.
 #[inline(always)]
 pub fn direction_of(at: Vec2) -> Vec3 {
     let polar = to_polar(at);
@@ -34,9 +34,9 @@ pub fn direction_of(at: Vec2) -> Vec3 {
     Vec3::new(around_z.y, around_z.z, around_z.x)
 }
 
-/// The place of the unit square of a direction.
+/// The point of the unit square of a direction.
 #[inline(always)]
-pub fn place_of(direction: Vec3) -> Vec2 {
+pub fn to_unit_square(direction: Vec3) -> Vec2 {
     // By the distance from +y, so that directions beside it keep their digits.
     let share = 0.25 * (direction - Vec3::Y).length_squared();
     from_polar(Vec2::new(share.min(1.0), turns(direction.x, direction.z)))
@@ -55,7 +55,7 @@ pub fn radiance_from(scene: SceneTables<'_>, direction: Vec3) -> Vec3 {
     texels_around(scene, &environment, along, down) * environment.scale
 }
 
-/// The mean of the four texels around a place of the image, by how near they are.
+/// The mean of the four texels around a position of the image, by how near they are.
 #[inline(always)]
 fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, down: f32) -> Vec3 {
     let Environment { width, height, .. } = *environment;
@@ -76,7 +76,7 @@ fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, 
 pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -> f32 {
     let cdf = scene.environment_cdf;
     let density =
-        cdf[Map::texel_at(place_of(direction)) as usize] * (Map::TEXELS as f32 / Map::total(cdf, 0));
+        cdf[Map::texel_at(to_unit_square(direction)) as usize] * (Map::TEXELS as f32 / Map::total(cdf, 0));
     light.pdf_light_choice * density / EVERYWHERE
 }
 
@@ -84,51 +84,51 @@ pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -
 #[inline(always)]
 pub fn sample_environment(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
     let environment = scene.environment[0];
-    let place = Map::sample(scene.environment_cdf, 0, Vec2::new(u, v));
-    let from = direction_of(place.at);
+    let sample = Map::sample(scene.environment_cdf, 0, Vec2::new(u, v));
+    let from = direction_of(sample.at);
     Light {
         kind: Features::DIRECTIONAL_LIGHTS.0,
         direction: -from,
         position: environment.centre + from * environment.radius,
         radius: environment.radius,
-        emission: radiance_from(scene, from) * (EVERYWHERE / place.density),
+        emission: radiance_from(scene, from) * (EVERYWHERE / sample.density),
         ..*light
     }
 }
 
-/// A path from a direction by the numbers of the place, along which it starts by those of the direction.
+/// A path from a direction by the numbers of the position, along which it starts by those of the direction.
 #[inline(always)]
 pub fn sample_emission(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
-    place: Vec4,
+    u_position: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
-    let light = sample_environment(light, scene, place.z, place.w);
-    directional::sample_emission(&light, scene, features, place_across(place, direction), direction)
+    let light = sample_environment(light, scene, u_position.z, u_position.w);
+    directional::sample_emission(&light, scene, features, u_across(u_position, direction), direction)
 }
 
-/// The numbers of a place across the parallel light, where those that it had sampled its direction: a path needs no other direction.
+/// The numbers of a position across the parallel light, where those that it had sampled its direction: a path needs no other direction.
 #[inline(always)]
-pub fn place_across(place: Vec4, direction: Vec4) -> Vec4 {
-    Vec4::new(place.x, place.y, direction.x, direction.y)
+pub fn u_across(u_position: Vec4, direction: Vec4) -> Vec4 {
+    Vec4::new(u_position.x, u_position.y, direction.x, direction.y)
 }
 
-/// A path from a direction by the numbers of the place, from an offset across it.
+/// A path from a direction by the numbers of the position, from an offset across it.
 #[inline(always)]
 pub fn eval_emission(
     light: &Light,
     scene: SceneTables<'_>,
     features: Features,
-    place: Vec4,
+    u_position: Vec4,
     offset: Vec3,
 ) -> EvaluatedEmission {
     directional::eval_emission(
-        &sample_environment(light, scene, place.z, place.w),
+        &sample_environment(light, scene, u_position.z, u_position.w),
         scene,
         features,
-        place,
+        u_position,
         offset,
     )
 }

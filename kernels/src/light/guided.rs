@@ -1,8 +1,8 @@
 //! Guided emission: paths start as aimed ones do, towards casters, but in the parts of their cones that were seen to give the
 //! image something, and from the lights that did.
 //!
-//! Lights that follow each other form a group. A group has a map over the cone of each caster as its places see it, and one,
-//! the last, over all directions, for what casts beside the cones; a caster without a cone from a place leaves its share to that one.
+//! Lights that follow each other form a group. A group has a map over the cone of each caster as its positions see it, and one,
+//! the last, over all directions, for what casts beside the cones; a caster without a cone from a position leaves its share to that one.
 //! A map is in the coordinates of its cone, so that it holds while lamp and caster move and has no parallax. Its texels are
 //! sampled by the root of the second moment of what their starts gave, which is what makes the variance least [Rath et al. 2020,
 //! Variance-aware path guiding]; maps by the means of their roots.
@@ -157,7 +157,7 @@ impl Guided<'_> {
         low
     }
 
-    /// A place of the unit square by a map: two numbers for the texel, two within it.
+    /// A position of the unit square by a map: two numbers for the texel, two within it.
     #[inline(always)]
     fn sample_map(&self, map: u32, texel: Vec2, within: Vec2) -> Vec2 {
         // Texels take most of the bits of their numbers.
@@ -166,7 +166,7 @@ impl Guided<'_> {
         (corner + within) / Map::SIDE as f32
     }
 
-    /// Density of a place by `sample_map`; 1 on average.
+    /// Density of a position by `sample_map`; 1 on average.
     #[inline(always)]
     fn density(&self, map: u32, texel: u32) -> f32 {
         let scale = self.maps[map as usize].scale;
@@ -181,14 +181,14 @@ pub struct Choice {
     chosen: u32,
     /// Whether by what is known of it.
     known: bool,
-    /// Two numbers for the place within a texel.
+    /// Two numbers for the position within a texel.
     within: Vec2,
-    /// The place of the direction in the map.
+    /// The position of the direction in the map.
     own: Vec2,
 }
 
 impl Guided<'_> {
-    /// Emission cone of a caster, seen from a place, or everything.
+    /// Emission cone of a caster, seen from a position, or everything.
     #[inline(always)]
     fn cone(&self, context: &EmissionContext, caster: u32) -> EmissionCone {
         let casters = &self.power.params.casters;
@@ -210,7 +210,7 @@ impl EmissionMixture for Guided<'_> {
     type Choice = Choice;
 
     #[inline(always)]
-    fn light(&self, place: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Choice) {
+    fn light(&self, u_position: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Choice) {
         let ByPower { scene, params, .. } = self.power;
         let more = rng.next4();
         let (by_power, known) = (numbers.w < BY_POWER, numbers.w >= BY_POWER + EVENLY);
@@ -218,11 +218,12 @@ impl EmissionMixture for Guided<'_> {
         if known {
             let map = self.map_at((numbers.w - (BY_POWER + EVENLY)) / KNOWN);
             chosen = map % maps_of_group(params);
-            row = Group::new(scene.lights, params, map / maps_of_group(params)).row_at(scene.lights, place.x);
+            row = Group::new(scene.lights, params, map / maps_of_group(params))
+                .row_at(scene.lights, u_position.x);
         } else {
             let evenly = (numbers.w - BY_POWER) / EVENLY * maps_of_group(params) as f32;
             chosen = if by_power { NONE } else { (evenly as u32).min(params.casters.count) };
-            row = choose(scene.lights, params.light_count, place.x, place.y);
+            row = choose(scene.lights, params.light_count, u_position.x, u_position.y);
         }
         (row, Choice { chosen, known, within: Vec2::new(more.x, more.y), own: Vec2::ZERO })
     }

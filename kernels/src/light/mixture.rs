@@ -18,8 +18,8 @@ pub trait EmissionMixture {
         true
     }
     /// The row of the light that a path starts from, by the numbers of `sample_emission`, and more where they do not suffice.
-    fn light(&self, place: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Self::Choice);
-    /// Samples an emission direction from a place.
+    fn light(&self, u_position: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Self::Choice);
+    /// Samples an emission direction from a position.
     fn sample_direction(&self, choice: &mut Self::Choice, context: &EmissionContext) -> EmissionDirection;
     /// The start that was made, over the density of the whole mixture.
     fn weigh(
@@ -38,7 +38,7 @@ pub struct EmissionContext {
     pub row: u32,
     /// Its light; of an environment, the parallel light of a direction.
     pub light: Light,
-    /// The place on it (m).
+    /// The position on it (m).
     pub position: Vec3,
     /// Four uniform numbers.
     pub numbers: Vec4,
@@ -55,7 +55,7 @@ impl EmissionDirection {
     /// Wherever light goes by power.
     pub const BY_POWER: EmissionDirection = EmissionDirection { is_chosen: false, at: Vec3::ZERO };
 
-    /// A direction, or of parallel light a place (see `emission_cone`).
+    /// A direction, or of parallel light a position (see `emission_cone`).
     #[inline(always)]
     pub fn at(at: Vec3) -> EmissionDirection {
         EmissionDirection { is_chosen: true, at }
@@ -66,22 +66,22 @@ impl EmissionDirection {
 #[inline(always)]
 pub fn start<A: EmissionMixture>(mixture: &A, power: &ByPower<'_>, rng: &mut Rng) -> EmissionSample {
     let ByPower { scene, features, .. } = *power;
-    let (mut place, numbers) = (rng.next4(), rng.next4());
-    let (row, mut choice) = mixture.light(place, numbers, rng);
+    let (mut u_position, numbers) = (rng.next4(), rng.next4());
+    let (row, mut choice) = mixture.light(u_position, numbers, rng);
     let mut light = scene.lights[row as usize];
     let (mut position, mut direction) = (Vec3::ZERO, EmissionDirection::BY_POWER);
     if mixture.mixes() {
-        (light, place) = sample_environment(scene, features, row, place, numbers);
-        position = sample_position(&light, scene, features, place);
+        (light, u_position) = sample_environment(scene, features, row, u_position, numbers);
+        position = sample_position(&light, scene, features, u_position);
         direction = mixture.sample_direction(&mut choice, &EmissionContext { row, light, position, numbers });
     }
     let (mut sample, mut at) = (EmissionSample::NONE, direction.at);
     if !direction.is_chosen {
-        sample = sample_emission(&light, scene, features, place, numbers);
+        sample = sample_emission(&light, scene, features, u_position, numbers);
         at = light.emission_direction(&sample.ray);
     }
     if mixture.mixes() {
-        let emission = eval_emission(&light, scene, features, place, at);
+        let emission = eval_emission(&light, scene, features, u_position, at);
         sample = mixture.weigh(&choice, &EmissionContext { row, light, position, numbers }, at, &emission);
     }
     sample

@@ -1,4 +1,4 @@
-//! Emission by power: lights by their share of the flux, then a place and a direction as the light's type has it.
+//! Emission by power: lights by their share of the flux, then a position and a direction as the light's type has it.
 
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
@@ -28,17 +28,18 @@ impl<'a> ByPower<'a> {
 
     /// A start by the uniform numbers of `sample_emission`.
     #[inline(always)]
-    pub fn start(&self, place: Vec4, direction: Vec4) -> EmissionSample {
+    pub fn start(&self, u_position: Vec4, direction: Vec4) -> EmissionSample {
         let ByPower { scene, params, .. } = *self;
-        let light = scene.lights[choose(scene.lights, params.light_count, place.x, place.y) as usize];
-        sample_emission(&light, scene, self.features, place, direction)
+        let light =
+            scene.lights[choose(scene.lights, params.light_count, u_position.x, u_position.y) as usize];
+        sample_emission(&light, scene, self.features, u_position, direction)
     }
 }
 
 impl Emit for ByPower<'_> {
     #[inline(always)]
     fn sample(&self, rng: &mut Rng) -> EmissionSample {
-        let place = rng.next4();
-        self.start(place, rng.next4())
+        let u_position = rng.next4();
+        self.start(u_position, rng.next4())
     }
 }

@@ -21,7 +21,7 @@ pub fn falloff(light: &Light, from_axis: f32) -> f32 {
     line * line
 }
 
-/// Share of a spot's intensity towards a place that sees it in the unit direction `to_light`.
+/// Share of a spot's intensity towards a position that sees it in the unit direction `to_light`.
 #[inline(always)]
 pub fn falloff_seen(light: &Light, to_light: Vec3) -> f32 {
     falloff(light, 0.5 * (light.direction + to_light).length_squared())
@@ -40,7 +40,7 @@ pub fn sample_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
-    _place: Vec4,
+    _u_position: Vec4,
     direction: Vec4,
 ) -> EmissionSample {
     let (to, solid_angle) = sample(light, direction.x, direction.y);
@@ -61,7 +61,7 @@ pub fn eval_emission(
     light: &Light,
     _scene: SceneTables<'_>,
     _features: Features,
-    _place: Vec4,
+    _u_position: Vec4,
     direction: Vec3,
 ) -> EvaluatedEmission {
     let solid_angle = 2.0 * PI * light.cone;

@@ -99,8 +99,8 @@ impl RayCone {
     /// Radius (m) of the disc whose area is the cone's footprint on a surface met at `cos`, times `radius_px`;
     /// never below 4 ulp of the position's largest coordinate. Convex mirrors and lenses widen a cone as far as their first
     /// derivative says, without end at a grazing angle: 32 times the width of a cone that came straight, `direct_width` (m),
-    /// is the most (a thousand times the area is a thousand times the deposits). They also focus it, to a point for this one
-    /// number though the pixel's footprint is a line there at most; a deposit on a disc of no size would be infinitely
+    /// is the most (a thousand times the area is a thousand times the photons). They also focus it, to a point for this one
+    /// number though the pixel's footprint is a line there at most; a photon on a disc of no size would be infinitely
     /// bright: behind a curved surface a quarter is the least. Both are of the width before `radius_px` scales it, so that
     /// they shrink with it. What roughness adds is not bounded.
     #[shared]

@@ -16,8 +16,8 @@ use spirv_std::glam::{Vec2, Vec3};
 /// First derivative of a camera ray by its origin or its direction at the eye, in the ray's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayDerivative {
-    /// Its place (m), for a metre or a radian at the eye.
-    pub place: Vec2,
+    /// Its offset (m), for a metre or a radian at the eye.
+    pub offset: Vec2,
     /// Its slope (rad), for the same.
     pub slope: Vec2,
 }
@@ -76,8 +76,8 @@ impl Pencil {
     #[inline]
     pub fn at_eye(direction: Vec3, right: Vec3) -> Self {
         let (x, y) = axes(direction, right);
-        let by_origin = |place: Vec2| RayDerivative { place, slope: Vec2::ZERO };
-        let by_direction = |slope: Vec2| RayDerivative { place: Vec2::ZERO, slope };
+        let by_origin = |offset: Vec2| RayDerivative { offset, slope: Vec2::ZERO };
+        let by_direction = |slope: Vec2| RayDerivative { offset: Vec2::ZERO, slope };
         Pencil {
             x,
             y,
@@ -92,7 +92,7 @@ impl Pencil {
     /// After `distance` (m).
     #[inline]
     pub fn advance(self, distance: f32) -> Self {
-        self.each(|ray| RayDerivative { place: ray.place + ray.slope * distance, ..ray })
+        self.each(|ray| RayDerivative { offset: ray.offset + ray.slope * distance, ..ray })
     }
 
     /// Steps along a face (m) between a ray and those a metre beside it. `normal` is the face's.
@@ -130,10 +130,11 @@ impl Pencil {
         // Refraction widens the pencil in the plane of incidence, and narrows its slopes by as much.
         let widening = if is_mirror { 1.0 } else { cos_behind.max(MIN_COS) / cos };
         let mut pencil = self.each(|ray| {
-            let tilt = Vec2::new(xx * ray.place.x + xy * ray.place.y, xy * ray.place.x + yy * ray.place.y);
+            let tilt =
+                Vec2::new(xx * ray.offset.x + xy * ray.offset.y, xy * ray.offset.x + yy * ray.offset.y);
             let slope = ray.slope * eta + tilt * power;
             RayDerivative {
-                place: ray.place + across * (across.dot(ray.place) * (widening - 1.0)),
+                offset: ray.offset + across * (across.dot(ray.offset) * (widening - 1.0)),
                 slope: slope + across * (across.dot(slope) * (1.0 / widening - 1.0)),
             }
         });
@@ -162,8 +163,8 @@ impl Pencil {
             return VirtualImage::straight(length);
         }
         // B^-1 A by Cramer's rule, its determinant apart: where rays meet again it is zero, and the image is at the eye.
-        let (a_x, a_y) = (self.by_origin_x.place, self.by_origin_y.place);
-        let (b_x, b_y) = (self.by_direction_x.place, self.by_direction_y.place);
+        let (a_x, a_y) = (self.by_origin_x.offset, self.by_origin_y.offset);
+        let (b_x, b_y) = (self.by_direction_x.offset, self.by_direction_y.offset);
         let determinant = b_x.perp_dot(b_y);
         let (xx, yy) = (a_x.perp_dot(b_y), b_x.perp_dot(a_y));
         let xy = 0.5 * (a_y.perp_dot(b_y) + b_x.perp_dot(a_x));
@@ -284,9 +285,9 @@ mod tests {
         let slab = [(1.0, 0.0, Some(1.0 / 1.5)), (0.3, 0.0, Some(1.5))];
         assert_single(on_axis(&slab, 0.5), 1.0 + 0.2 + 0.5);
         // A ball of glass of 0.3 m has the focal length n r / (2 (n - 1)) = 0.45 m, from its centre.
-        for (eye, place) in [(2.0, 0.4), (2.0, 1.0), (0.7, 3.0)] {
+        for (eye, distance) in [(2.0, 0.4), (2.0, 1.0), (0.7, 3.0)] {
             let ball = [(eye - 0.3, 1.0 / 0.3, Some(1.0 / 1.5)), (0.6, -1.0 / 0.3, Some(1.5))];
-            assert_single(on_axis(&ball, place - 0.3), eye + 1.0 / (1.0 / place - 1.0 / 0.45));
+            assert_single(on_axis(&ball, distance - 0.3), eye + 1.0 / (1.0 / distance - 1.0 / 0.45));
         }
     }
 
@@ -304,7 +305,7 @@ mod tests {
         );
         // Nonsense is no image either.
         let lost = Pencil {
-            by_origin_x: RayDerivative { place: Vec2::splat(f32::NAN), slope: Vec2::ZERO },
+            by_origin_x: RayDerivative { offset: Vec2::splat(f32::NAN), slope: Vec2::ZERO },
             is_distorted: true,
             ..Pencil::at_eye(Vec3::NEG_Z, Vec3::X)
         };
@@ -317,7 +318,7 @@ mod tests {
     /// Coddington: 1 / s' = 1 / s + 2 / (r cos) in the plane of incidence, 1 / s + 2 cos / r across.
     #[test]
     fn a_curved_mirror_seen_obliquely_has_two_images() {
-        let (eye, place, radius, cos) = (1.5f32, 0.8f32, 0.7f32, 0.6f32);
+        let (eye, distance, radius, cos) = (1.5f32, 0.8f32, 0.7f32, 0.6f32);
         for turn in [0.0f32, 0.4, 1.3, 2.0] {
             let (sin_turn, cos_turn) = turn.sin_cos();
             let normal = Vec3::new(0.8 * cos_turn, 0.8 * sin_turn, cos);
@@ -328,8 +329,8 @@ mod tests {
                 1.0 / radius,
                 None,
             );
-            let virtual_image = pencil.advance(place).virtual_image(eye + place);
-            let vergence = |power: f32| 1.0 / (eye + 1.0 / (1.0 / place + power));
+            let virtual_image = pencil.advance(distance).virtual_image(eye + distance);
+            let vergence = |power: f32| 1.0 / (eye + 1.0 / (1.0 / distance + power));
             let expected = [vergence(2.0 / (radius * cos)), vergence(2.0 * cos / radius)];
             let incidence = Vec3::new(cos_turn, sin_turn, 0.0);
             for (axis, expected) in [incidence, Vec3::Z.cross(incidence)].into_iter().zip(expected) {
@@ -395,7 +396,7 @@ mod tests {
     }
 
     /// Rays are traced from an eye that moved, through curved mirrors and glass with planes of incidence of their own: turned
-    /// as the image says they meet the place again.
+    /// as the image says they meet the point again.
     #[test]
     fn an_eye_that_moves_finds_the_place_where_its_image_is() {
         let direction = (mirror().centre + DVec3::new(0.17, 0.23, 0.0)).normalize();
@@ -408,7 +409,7 @@ mod tests {
             [vec![mirror()], vec![ahead, behind], vec![mirror(), enter, leave], vec![mirror(), hollow]];
         for (index, chain) in chains.iter().enumerate() {
             let (last, end, length) = trace(chain, DVec3::ZERO, direction);
-            let place = last + end * 0.9;
+            let point = last + end * 0.9;
             let (mut pencil, mut origin, mut from) =
                 (Pencil::at_eye(direction.as_vec3(), Vec3::X), DVec3::ZERO, direction);
             for ball in chain {
@@ -424,7 +425,7 @@ mod tests {
             for way in [x, y, (x - y) * 0.7].map(|way| way * 1.0e-4) {
                 let miss = |towards: DVec3| {
                     let (last, end, _) = trace(chain, way.as_dvec3(), towards.normalize());
-                    (place - last).reject_from(end).length()
+                    (point - last).reject_from(end).length()
                 };
                 let found = miss(virtual_image.from_eye(-way, direction.as_vec3(), Vec3::X).as_dvec3());
                 let by_length = miss(direction * (length + 0.9) - way.as_dvec3());

@@ -1,10 +1,10 @@
-//! The pinhole camera: from places on the film (px; rows go down) to directions, and back.
+//! The pinhole camera: from positions on the film (px; rows go down) to directions, and back.
 
 use crate::interface::frame::{Camera, FrameParams, Window};
 use spirv_std::glam::{Vec2, Vec3};
 
 impl Camera {
-    /// Unit direction of what the film of a frame shows at a place.
+    /// Unit direction of what the film of a frame shows at a position.
     #[inline(always)]
     pub fn direction_of(&self, column: f32, row: f32, params: &FrameParams) -> Vec3 {
         let Window { film_width, film_height, .. } = params.window;
@@ -26,7 +26,7 @@ impl Camera {
         (true, Vec2::new(x, y))
     }
 
-    /// How the place on the film of a frame changes with what lies along `from_eye`, before the eye, where that is
+    /// How the position on the film of a frame changes with what lies along `from_eye`, before the eye, where that is
     /// `on_plane`: gradients of column and row (px/m).
     #[inline(always)]
     pub fn gradients(&self, from_eye: Vec3, on_plane: Vec2, params: &FrameParams) -> (Vec3, Vec3) {
@@ -39,19 +39,19 @@ impl Camera {
 }
 
 impl FrameParams {
-    /// Place in the image (px) of a place on the film's plane.
+    /// Position in the image (px) of a position on the film's plane.
     #[inline(always)]
-    pub fn place_of(&self, on_plane: Vec2) -> Vec2 {
+    pub fn raster_position(&self, on_plane: Vec2) -> Vec2 {
         let Window { first_column, first_row, film_width, film_height } = self.window;
         let size = Vec2::new(film_width as f32, film_height as f32);
         let first = Vec2::new(first_column as f32, first_row as f32);
         Vec2::new(0.5 + 0.5 * on_plane.x, 0.5 - 0.5 * on_plane.y) * size - first
     }
 
-    /// Whether a place (px) is in the image.
+    /// Whether a position (px) is in the image.
     #[inline(always)]
-    pub fn shows(&self, place: Vec2) -> bool {
+    pub fn shows(&self, position_px: Vec2) -> bool {
         let (width, height) = (self.width as f32, self.height as f32);
-        place.x >= 0.0 && place.y >= 0.0 && place.x < width && place.y < height
+        position_px.x >= 0.0 && position_px.y >= 0.0 && position_px.x < width && position_px.y < height
     }
 }

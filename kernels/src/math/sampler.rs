@@ -8,7 +8,7 @@
 //! a function of (seed, pixel, frame, dimension) as before: in any order, on any runner.
 //!
 //! Or pixels beside each other share what is still even: all are scrambled alike, and each pixel's points are moved by a point of
-//! the same sequence, that of the pixel's place on a curve through the image that fills squares first [Ahmed and Wonka 2020,
+//! the same sequence, that of the pixel's index on a curve through the image that fills squares first [Ahmed and Wonka 2020,
 //! Screen-space blue-noise diffusion of Monte Carlo sampling error]. In every frame the numbers of a square of pixels then fill
 //! the unit square evenly, so that their errors differ and cancel for an eye or a denoiser; in every pixel those of its frames do.
 //! Neighbours meet again in other frames of a batch: over very many frames squares of pixels gain less than single ones.
@@ -34,15 +34,15 @@ pub fn next4(rng: &mut Rng, sequence: &Sequence) -> Vec4 {
     } else {
         let seeds = sequence.seeds[group as usize];
         let pixel = rng.path();
-        let place = place(pixel % sequence.width, pixel / sequence.width);
-        let moved = sequence.points[group as usize] ^ point_of_place(place, seeds);
+        let curve_index = curve_index(pixel % sequence.width, pixel / sequence.width);
+        let moved = sequence.points[group as usize] ^ curve_point(curve_index, seeds);
         units(scrambled(moved, seeds))
     }
 }
 
-/// The place of a pixel on the curve: bits of its column and row in turns, the first digits in the highest bits.
+/// The index of a pixel on the curve: bits of its column and row in turns, the first digits in the highest bits.
 #[shared]
-fn place(column: u32, row: u32) -> u32 {
+fn curve_index(column: u32, row: u32) -> u32 {
     let spread = |bits: u32| {
         let bits = (bits | bits << 8) & 0x00ff_00ff;
         let bits = (bits | bits << 4) & 0x0f0f_0f0f;
@@ -52,10 +52,10 @@ fn place(column: u32, row: u32) -> u32 {
     spread(column) | spread(row) << 1
 }
 
-/// The first two coordinates of two Sobol points of a place on the curve, of either in another order within each square.
+/// The first two coordinates of two Sobol points of an index on the curve, of either in another order within each square.
 #[shared]
-fn point_of_place(place: u32, seeds: UVec4) -> UVec4 {
-    let shuffled = |seed: u32| laine_karras(place.reverse_bits(), seed).reverse_bits();
+fn curve_point(curve_index: u32, seeds: UVec4) -> UVec4 {
+    let shuffled = |seed: u32| laine_karras(curve_index.reverse_bits(), seed).reverse_bits();
     let (first, second) = (shuffled(seeds.z), shuffled(seeds.x));
     UVec4::new(first, second_coordinate(first), second, second_coordinate(second))
 }
@@ -113,8 +113,9 @@ mod points {
             for (group, point) in points.iter_mut().enumerate() {
                 let order = pcg4d(UVec4::new(group as u32, batch, seed, 0x736f_626f)).x;
                 // Another order of the same points: the first 2^k remain a whole block of so many.
-                let place = laine_karras(index.reverse_bits(), order).reverse_bits();
-                *point = UVec4::from_array([0, 1, 2, 3].map(|lane| coordinate(place, lane).reverse_bits()));
+                let permuted = laine_karras(index.reverse_bits(), order).reverse_bits();
+                *point =
+                    UVec4::from_array([0, 1, 2, 3].map(|lane| coordinate(permuted, lane).reverse_bits()));
             }
             let groups = SEQUENCE_GROUPS as u32;
             Sequence { points, groups, batch, ..Sequence::default() }

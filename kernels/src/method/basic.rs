@@ -24,7 +24,7 @@ pub const BASIC: Method = Method {
     steps: |parts, params| steps(parts, params),
 };
 
-/// The steps of a frame. Light paths come in batches that the deposit buffers hold.
+/// The steps of a frame. Light paths come in batches that the photon buffers hold.
 pub fn steps(parts: impl Into<Parts>, params: &FrameParams) -> Vec<Step> {
     let parts = parts.into();
     let prepare = frame::prepare(parts.gather, params);
@@ -43,7 +43,7 @@ mod tests {
             height: 3,
             light_path_count: 1000,
             light_path_batch: 300,
-            deposit_capacity: 1200,
+            photon_capacity: 1200,
             cell_mask: 1023,
             ..Default::default()
         }

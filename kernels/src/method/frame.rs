@@ -16,7 +16,7 @@ use crate::pass::display::DISPLAY;
 use crate::pass::{weigh, widen};
 use crate::{denoiser, emission, history};
 
-/// The steps of a frame of any method that brings deposits to collection points: `prepare` comes once before the light
+/// The steps of a frame of any method that brings photons to collection points: `prepare` comes once before the light
 /// paths, `shoot` for each batch of them.
 pub fn frame_steps(
     parts: Parts,
@@ -86,7 +86,7 @@ pub fn look_back(parts: Parts, params: &FrameParams) -> Vec<Step> {
     if parts.keeps_path { path::look_back(params) } else { Vec::new() }
 }
 
-/// Light paths whose deposits the deposit buffers hold.
+/// Light paths whose photons the photon buffers hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Batch {
     /// The first.
@@ -107,23 +107,23 @@ pub fn prepare(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
     gather.frame.iter().map(|&stage| step(gather, stage, params)).collect()
 }
 
-/// For each batch of light paths: shoots them, builds what is built over deposits, gathers.
+/// For each batch of light paths: shoots them, builds what is built over photons, gathers.
 pub fn batch(parts: Parts, params: &FrameParams, batch: Batch) -> Vec<Step> {
     let mut steps = shoot(parts.emission, batch);
     steps.extend(exchange(parts.gather, params));
     steps
 }
 
-/// Builds what is built over the deposits that are stored, and gathers them.
+/// Builds what is built over the photons that are stored, and gathers them.
 pub fn exchange(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
     let mut steps: Vec<Step> = gather.batch.iter().map(|&stage| step(gather, stage, params)).collect();
     steps.push(Step::dispatch(gather.gather, over(Over::searchers(gather.side), params)));
     steps
 }
 
-/// Shoots a batch of light paths and stores their deposits.
+/// Shoots a batch of light paths and stores their photons.
 pub fn shoot(emission: &Emission, batch: Batch) -> Vec<Step> {
-    vec![Step::Clear { buffer: "deposit_state" }, Step::dispatch(emission.shoot, batch.dispatch())]
+    vec![Step::Clear { buffer: "photon_state" }, Step::dispatch(emission.shoot, batch.dispatch())]
 }
 
 /// The batches of these light paths.
@@ -132,9 +132,9 @@ fn batches(params: &FrameParams, paths: Range<u32>) -> impl Iterator<Item = Batc
     paths.step_by(max_count as usize).map(move |first| Batch { first, count: max_count.min(end - first) })
 }
 
-/// A dispatch over so much; over deposits, over those that there are.
+/// A dispatch over so much; over photons, over those that there are.
 pub fn over(over: Over, params: &FrameParams) -> Dispatch {
-    let stored = u32::from(over == Over::Deposits);
+    let stored = u32::from(over == Over::Photons);
     Dispatch { count: over.extent(params), stored, ..Dispatch::default() }
 }
 
@@ -145,7 +145,7 @@ fn step(gather: &'static Variant, stage: Stage, params: &FrameParams) -> Step {
         }
         Stage::Clear(words) => Step::Clear { buffer: INDEX[words as usize] },
         Stage::Structure(side) => {
-            let over = if side == Side::Points { Over::Pixels } else { Over::Deposits };
+            let over = if side == Side::Points { Over::Pixels } else { Over::Photons };
             Step::Structure { side, count: over.extent(params) }
         }
     }
@@ -165,7 +165,7 @@ fn all_steps() -> Vec<Step> {
         height: 1,
         light_path_count: 1,
         light_path_batch: 1,
-        deposit_capacity: 1,
+        photon_capacity: 1,
         light_count: 1,
         moved: 1,
         ..FrameParams::default()

@@ -1,4 +1,4 @@
-//! `splat.kim2019`: adds each deposit to the one pixel that it is seen in, if that pixel sees the place where it lies.
+//! `splat.kim2019`: adds each deposit to the one pixel that it is seen in, if that pixel sees the point where it lies.
 //!
 //! Source: [Kim 2019, Caustics using screen-space photon mapping, Ray Tracing Gems, ch. 30]. Cost: a projection a deposit,
 //! whatever the number of pixels. Where it is wrong: receivers are primary surfaces only, so that caustics in mirrors,
@@ -19,7 +19,7 @@ use crate::interface::choice::TextureFilter;
 use crate::interface::features::Features;
 use crate::interface::frame::{Camera, Dispatch, FrameParams, Window};
 use crate::interface::material::Material;
-use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use crate::math::PI;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::frame;
@@ -70,8 +70,8 @@ pub const KIM2019_FACING: Method = Method {
 fn steps(parts: Parts, params: &FrameParams, area: u32) -> Vec<Step> {
     frame::frame_steps(parts, params, Vec::new(), |batch| {
         let mut steps = frame::shoot(parts.emission, batch);
-        let deposits = frame::over(Over::Deposits, params);
-        steps.push(Step::dispatch(&SPLAT_KIM2019, Dispatch { level: area, ..deposits }));
+        let photons = frame::over(Over::Photons, params);
+        steps.push(Step::dispatch(&SPLAT_KIM2019, Dispatch { level: area, ..photons }));
         steps
     })
 }
@@ -79,9 +79,9 @@ fn steps(parts: Parts, params: &FrameParams, area: u32) -> Vec<Step> {
 /// Adds each deposit to its pixel; the dispatch's level chooses the pixel's area.
 #[pass(
     name = "splat.kim2019",
-    over = params.deposit_capacity,
+    over = params.photon_capacity,
     work = Splat,
-    limit = dispatch.limit(deposit_state, params)
+    limit = dispatch.limit(photon_state, params)
 )]
 pub fn splat_kim2019(
     index: u32,
@@ -92,26 +92,26 @@ pub fn splat_kim2019(
     materials: &[Material],
     point_geometry: &[PointGeometry],
     point_shading: &[PointShading],
-    _deposit_state: &[u32],
-    deposit_geometry: &[DepositGeometry],
-    deposit_light: &[DepositLight],
+    _photon_state: &[u32],
+    photon_geometry: &[PhotonGeometry],
+    photon_light: &[PhotonLight],
     #[len = params.pixel_count() * accumulator::WORDS] mut accumulator: AtomicWords<'_>,
     pixel_weights: &[f32],
     #[len = 0] mut start_scores: AtomicWords<'_>,
 ) {
-    let deposit = deposit_geometry[index as usize];
-    let to = deposit.position - params.camera.position;
-    let (is_seen, place) = place_of(to, params);
+    let photon = photon_geometry[index as usize];
+    let to = photon.position - params.camera.position;
+    let (is_seen, position_px) = raster_position(to, params);
     if !is_seen {
         return;
     }
-    let pixel = pixel_of(place, params);
+    let pixel = pixel_of(position_px, params);
     let point = point_geometry[pixel as usize];
     let distance = to.length();
     // The pixel's first surface must be the one whose light is collected.
-    let is_primary = point.depth == 1 && deposit.scatterings < params.max_bounces;
-    if is_primary && agrees(&point, &deposit, place, point_geometry, params) {
-        let light = deposit_light[index as usize];
+    let is_primary = point.depth == 1 && photon.scatterings < params.max_bounces;
+    if is_primary && agrees(&point, &photon, position_px, point_geometry, params) {
+        let light = photon_light[index as usize];
         // What lights the back of a thin wall does not light its front: `contribution` takes both ends above the face.
         if light.to_light.dot(point.normal) <= 0.0 {
             return;
@@ -122,7 +122,7 @@ pub fn splat_kim2019(
         let value = contribution(&shading, material, &light, roughness, features);
         // `resolve` divides by the disc.
         let disc = PI * point.radius * point.radius;
-        let value = value * (disc / area(&deposit, to, distance, dispatch.level, params));
+        let value = value * (disc / area(&photon, to, distance, dispatch.level, params));
         let sum = Sum::new(value, params.inverse_quantum());
         sum.add_to(&mut accumulator, pixel);
         if light.score > 0.0 {
@@ -133,32 +133,32 @@ pub fn splat_kim2019(
     }
 }
 
-/// Whether a deposit, seen at `place`, lies on the surface that its pixel sees in `point`: as far from the eye, or on the plane
+/// Whether a deposit, seen at `position_px`, lies on the surface that its pixel sees in `point`: as far from the eye, or on the plane
 /// that the pixels next to it on that side, in its row and in its column, see too. At a slant a pixel reaches over far more
-/// of its distance than the tolerance. What lies between places of one plane that are seen is seen; beyond the last of them
+/// of its distance than the tolerance. What lies between points of one plane that are seen is seen; beyond the last of them
 /// something may stand before it, as a wall does.
 #[inline(always)]
 fn agrees(
     point: &PointGeometry,
-    deposit: &DepositGeometry,
-    place: Vec2,
+    photon: &PhotonGeometry,
+    position_px: Vec2,
     points: &[PointGeometry],
     params: &FrameParams,
 ) -> bool {
     let eye = params.camera.position;
-    let (seen, distance) = ((point.position - eye).length(), (deposit.position - eye).length());
+    let (seen, distance) = ((point.position - eye).length(), (photon.position - eye).length());
     if (distance - seen).abs() <= DISTANCE_TOLERANCE * distance {
         return true;
     }
-    if !is_on_plane(point, deposit.position, deposit.normal, eye) {
+    if !is_on_plane(point, photon.position, photon.normal, eye) {
         return false;
     }
     // At the edge of the image a pixel is beside itself.
-    let (_, own) = place_of(point.position - eye, params);
-    let pixel = pixel_of(place, params);
+    let (_, own) = raster_position(point.position - eye, params);
+    let pixel = pixel_of(position_px, params);
     let (column, row) = (pixel % params.width, pixel / params.width);
-    let in_row = row * params.width + beside(column, place.x < own.x, params.width);
-    let in_column = beside(row, place.y < own.y, params.height) * params.width + column;
+    let in_row = row * params.width + beside(column, position_px.x < own.x, params.width);
+    let in_column = beside(row, position_px.y < own.y, params.height) * params.width + column;
     sees_plane(point, in_row, points, eye) && sees_plane(point, in_column, points, eye)
 }
 
@@ -168,8 +168,8 @@ fn beside(index: u32, before: bool, count: u32) -> u32 {
     if before { index.max(1) - 1 } else { (index + 1).min(count - 1) }
 }
 
-/// Whether a place lies on the plane through a point, which leans by the mean of both normals, and so follows what is a
-/// little curved: within the tolerance of where the eye's ray to the place meets it.
+/// Whether a position lies on the plane through a point, which leans by the mean of both normals, and so follows what is a
+/// little curved: within the tolerance of where the eye's ray to the position meets it.
 #[inline(always)]
 fn is_on_plane(point: &PointGeometry, position: Vec3, normal: Vec3, eye: Vec3) -> bool {
     let normals = point.normal + normal;
@@ -187,21 +187,22 @@ fn sees_plane(point: &PointGeometry, beside: u32, points: &[PointGeometry], eye:
 
 /// Whether what lies in a direction from the eye is in the image, and where (px).
 #[inline(always)]
-fn place_of(to: Vec3, params: &FrameParams) -> (bool, Vec2) {
+fn raster_position(to: Vec3, params: &FrameParams) -> (bool, Vec2) {
     let (is_before, at) = params.camera.on_plane(to);
-    let place = params.place_of(at);
-    (is_before && params.shows(place), place)
+    let position_px = params.raster_position(at);
+    (is_before && params.shows(position_px), position_px)
 }
 
-/// Pixel of a place in the image.
+/// Pixel of a position in the image.
 #[inline(always)]
-fn pixel_of(place: Vec2, params: &FrameParams) -> u32 {
-    (place.y as u32).min(params.height - 1) * params.width + (place.x as u32).min(params.width - 1)
+fn pixel_of(position_px: Vec2, params: &FrameParams) -> u32 {
+    (position_px.y as u32).min(params.height - 1) * params.width
+        + (position_px.x as u32).min(params.width - 1)
 }
 
 /// Area of a pixel at the deposit (m^2).
 #[inline(always)]
-fn area(deposit: &DepositGeometry, to: Vec3, distance: f32, kind: u32, params: &FrameParams) -> f32 {
+fn area(photon: &PhotonGeometry, to: Vec3, distance: f32, kind: u32, params: &FrameParams) -> f32 {
     let Camera { right, up, forward, .. } = params.camera;
     // That of a pixel a metre before the eye.
     let Window { film_width, film_height, .. } = params.window;
@@ -210,7 +211,7 @@ fn area(deposit: &DepositGeometry, to: Vec3, distance: f32, kind: u32, params: &
         return pixel * distance * distance;
     }
     let depth = to.dot(forward);
-    let cos = (deposit.normal.dot(to) / distance).abs().max(MIN_COS);
+    let cos = (photon.normal.dot(to) / distance).abs().max(MIN_COS);
     pixel * depth * depth * depth / (distance * cos)
 }
 
@@ -235,12 +236,12 @@ mod tests {
             let (column, row) = ((pixel % 40) as f32 + 0.3, (pixel / 40) as f32 + 0.7);
             let Camera { right, up, forward, .. } = params.camera;
             let to = forward + right * (column / 20.0 - 1.0) + up * (1.0 - row / 15.0);
-            let (is_seen, place) = place_of(to * 7.0, &params);
-            assert!(is_seen && place.distance(Vec2::new(column, row)) < 1.0e-4);
-            assert_eq!(pixel_of(place, &params), pixel);
-            assert!(!place_of(to * -1.0, &params).0);
+            let (is_seen, position_px) = raster_position(to * 7.0, &params);
+            assert!(is_seen && position_px.distance(Vec2::new(column, row)) < 1.0e-4);
+            assert_eq!(pixel_of(position_px, &params), pixel);
+            assert!(!raster_position(to * -1.0, &params).0);
         }
-        assert!(!place_of(Vec3::new(0.81, 0.0, -1.0), &params).0);
+        assert!(!raster_position(Vec3::new(0.81, 0.0, -1.0), &params).0);
     }
 
     /// From an eye a metre above a floor, looking along it: the middle pixel of three by three sees the floor 5 m ahead, the
@@ -264,18 +265,21 @@ mod tests {
 
     fn takes(points: &[PointGeometry; 9], position: Vec3, normal: Vec3) -> bool {
         let params = floor().0;
-        let (is_seen, place) = place_of(position - params.camera.position, &params);
-        assert!(is_seen && pixel_of(place, &params) == 4, "the test has lost its subject: {place}");
+        let (is_seen, position_px) = raster_position(position - params.camera.position, &params);
+        assert!(
+            is_seen && pixel_of(position_px, &params) == 4,
+            "the test has lost its subject: {position_px}"
+        );
         agrees(
             &points[4],
-            &DepositGeometry { position, normal, ..DepositGeometry::default() },
-            place,
+            &PhotonGeometry { position, normal, ..PhotonGeometry::default() },
+            position_px,
             points,
             &params,
         )
     }
 
-    /// Two places of one pixel, a tenth of their distance apart, are on one surface; what floats above the floor, or hangs
+    /// Two points of one pixel, a tenth of their distance apart, are on one surface; what floats above the floor, or hangs
     /// below it with its face down, is not.
     #[test]
     fn a_pixel_at_a_slant_has_the_depth_of_its_plane() {
@@ -315,8 +319,8 @@ mod tests {
             let (column, row) = ((pixel % 40) as f32 + 0.5, (pixel / 40) as f32 + 0.5);
             let ray = forward + right * (column / 20.0 - 1.0) + up * (1.0 - row / 15.0);
             let to = ray * (4.0 * forward.dot(normal) / ray.dot(normal));
-            let deposit = DepositGeometry { normal, ..DepositGeometry::default() };
-            let area_of = |kind| area(&deposit, to, to.length(), kind, &params);
+            let photon = PhotonGeometry { normal, ..PhotonGeometry::default() };
+            let area_of = |kind| area(&photon, to, to.length(), kind, &params);
             sum += area_of(AREA_FOOTPRINT);
             // Kim's leaves out the slant, and that the corners of a flat film are smaller from the eye.
             let slant = normal.dot(to).abs() / to.length();

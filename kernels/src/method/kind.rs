@@ -20,12 +20,12 @@ pub struct Method {
     pub cost: &'static str,
     /// Limitations: where it is wrong, or gives nothing.
     pub limitations: &'static str,
-    /// Whether it makes collection points that deposits are brought to; else all its light is in one layer.
+    /// Whether it makes collection points that photons are brought to; else all its light is in one layer.
     pub gathers: bool,
     /// Whether a history may reuse light of its points in the next frame: discs that shrink from frame to frame, and what
     /// is spread by other kernels than discs, have nothing to reuse.
     pub supports_history: bool,
-    /// Whether a gather variant is chosen for it; else it brings deposits and points together in its own way.
+    /// Whether a gather variant is chosen for it; else it brings photons and points together in its own way.
     pub chooses_gather: bool,
     /// Whether an emission is chosen for it; else it starts light paths in its own way, or has none.
     pub chooses_emission: bool,
@@ -71,7 +71,7 @@ impl Method {
 /// The parts of a frame that can be exchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parts {
-    /// How deposits and collection points meet.
+    /// How photons and collection points meet.
     pub gather: &'static Variant,
     /// Light of the previous frame that is reused.
     pub history: &'static History,
@@ -85,7 +85,7 @@ pub struct Parts {
     pub bounds: bool,
     /// Whether path-traced light outlives its frame (`history::path`).
     pub keeps_path: bool,
-    /// Whether discs are wider where deposits were few (`pass::widen`).
+    /// Whether discs are wider where photons were few (`pass::widen`).
     pub widens: bool,
     /// Whether it is said what pixels show (`history::auxiliary`).
     pub auxiliary: bool,

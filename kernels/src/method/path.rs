@@ -44,7 +44,7 @@ pub const PATH: Method = Method {
 /// Paths of the reference, a pixel an invocation.
 #[pass(name = "reference", over = params.pixel_count(), work = Camera, joint)]
 pub fn reference(
-    place: u32,
+    index: u32,
     params: &FrameParams,
     features: Features,
     scene: SceneTables<'_>,
@@ -53,7 +53,7 @@ pub fn reference(
     #[len = params.pixel_count()] pixel_order: &[u32],
     path_radiance: Slots<'_, Vec3>,
 ) {
-    let reference = Reference { pixel: pixel_order[place as usize], radiance: path_radiance };
+    let reference = Reference { pixel: pixel_order[index as usize], radiance: path_radiance };
     run(reference, params, features, scene, tracer, counters);
 }
 

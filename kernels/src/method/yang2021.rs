@@ -16,7 +16,7 @@ use crate::gather::contribution::{contribution, is_same_surface};
 use crate::interface::choice::TextureFilter;
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
-use crate::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use crate::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 #[cfg(not(target_arch = "spirv"))]
@@ -158,7 +158,7 @@ pub struct LightPathState<'a> {
     record: Record<WORDS, ROOM>,
 }
 
-// Places of its words.
+// Indices of its words.
 const ROUGH: usize = 12;
 const ARRIVING: usize = 14;
 const HIT: usize = 17;
@@ -254,8 +254,8 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
     fn give(
         &mut self,
         pixel: u32,
-        geometry: &DepositGeometry,
-        light: &DepositLight,
+        geometry: &PhotonGeometry,
+        light: &PhotonLight,
         footprint: &Footprint,
     ) -> bool {
         let point = self.point_geometry[pixel as usize];
@@ -279,11 +279,11 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
 
 /// Whether a primary point may take a deposit: on the same side of the same surface, and short enough a path.
 #[inline(always)]
-fn takes(point: &PointGeometry, deposit: &DepositGeometry, footprint: &Footprint, max_bounces: u32) -> bool {
-    let along = deposit.position - point.position;
+fn takes(point: &PointGeometry, photon: &PhotonGeometry, footprint: &Footprint, max_bounces: u32) -> bool {
+    let along = photon.position - point.position;
     point.depth == 1
-        && is_same_surface(along, point.normal, deposit.normal, point.radius + footprint.reach)
-        && point.depth + deposit.scatterings <= max_bounces
+        && is_same_surface(along, point.normal, photon.normal, point.radius + footprint.reach)
+        && point.depth + photon.scatterings <= max_bounces
 }
 
 impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
@@ -312,7 +312,7 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
     }
 
     #[inline(always)]
-    fn receive(&mut self, _path_state: &mut (), geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, _path_state: &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         let differential = self.path_state.differential();
         let footprint = Footprint::new(geometry.position, geometry.normal, &differential, self.params);
         if footprint.area_px == 0.0 {

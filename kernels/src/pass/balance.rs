@@ -2,7 +2,7 @@
 //!
 //! A frame whose camera paths cost C leaves the variance V, and n light paths that cost c each leave A / n. What the time of
 //! a frame buys, (V + A / n) (C + n c), is least at n^2 = A C / (V c). V is measured by the distances of pixels from
-//! their neighbours, A by the squares of deposits, costs are counted: no clock is asked, so that a run repeats to the bit.
+//! their neighbours, A by the squares of photons, costs are counted: no clock is asked, so that a run repeats to the bit.
 //! What is found in a frame is for those after it, so that every frame is unbiased and frames may be averaged. What a history
 //! reuses for caustics is not seen: with one, fewer light paths would do.
 
@@ -36,12 +36,12 @@ pub fn balance(params: &FrameParams) -> Vec<Step> {
 
 /// Share of what earlier frames of a still view said that counts on: eight frames even out what one sees of rare paths.
 const KEEP: f32 = 0.875;
-/// What a ray of a light path costs, its start and its deposits included (rays of camera paths). This and what follows were
+/// What a ray of a light path costs, its start and its photons included (rays of camera paths). This and what follows were
 /// measured on a CPU, in six scenes.
 const LIGHT_RAY: f32 = 2.3;
-/// What a deposit costs that is stored and searched with (rays of camera paths).
-const DEPOSIT: f32 = 1.0;
-/// What a pair of deposit and point costs (rays of camera paths).
+/// What a photon costs that is stored and searched with (rays of camera paths).
+const PHOTON: f32 = 1.0;
+/// What a pair of photon and point costs (rays of camera paths).
 const PAIR: f32 = 0.6;
 /// What is above this is no variance: light without bounds.
 const MAX_VARIANCE: f32 = 1.0e30;
@@ -49,7 +49,7 @@ const MAX_VARIANCE: f32 = 1.0e30;
 const GRAIN: f32 = core::f32::consts::SQRT_2;
 
 /// For each row the variance of what camera paths and what light paths found, as means over its pixels: of camera paths by the
-/// distance from neighbours, of light paths by their deposits.
+/// distance from neighbours, of light paths by their photons.
 #[pass(name = "balance.rows", over = params.height, work = Guide)]
 pub fn balance_rows(
     row: u32,
@@ -71,7 +71,7 @@ pub fn balance_rows(
         if point.exists() {
             let (value, count) = Sum::read(accumulator, pixel, params.quantum);
             let light = mean(radiance(point, &point_shading[pixel as usize], value));
-            // The sum of the squares of equal deposits. What the camera chose is the same for all of them, so that its noise,
+            // The sum of the squares of equal photons. What the camera chose is the same for all of them, so that its noise,
             // which no number of light paths lowers, is not in it.
             caustics = light * light / count.max(1) as f32;
         }
@@ -131,7 +131,7 @@ pub fn balance_paths(
         let validation_cost = LIGHT_RAY * params.validation_path_count as f32;
         let camera_cost = count(Counter::CameraRays) + count(Counter::ShadowRays) + validation_cost;
         let light_cost =
-            light_cost(count(Counter::LightRays), count(Counter::Deposits), count(Counter::Gathered));
+            light_cost(count(Counter::LightRays), count(Counter::Photons), count(Counter::Gathered));
         next.path_variance = next.path_variance * keep + variance.x;
         next.caustic_variance = next.caustic_variance * keep + variance.y * light_paths;
         next.camera_cost = next.camera_cost * keep + camera_cost;
@@ -145,10 +145,10 @@ pub fn balance_paths(
     balance.write(0, next);
 }
 
-/// What so many rays of light paths, deposits, and pairs of deposit and point cost (rays of camera paths).
+/// What so many rays of light paths, photons, and pairs of photon and point cost (rays of camera paths).
 #[inline(always)]
-pub fn light_cost(rays: f32, deposits: f32, pairs: f32) -> f32 {
-    LIGHT_RAY * rays + DEPOSIT * deposits + PAIR * pairs
+pub fn light_cost(rays: f32, photons: f32, pairs: f32) -> f32 {
+    LIGHT_RAY * rays + PHOTON * photons + PAIR * pairs
 }
 
 /// The number of light paths within the bounds that is nearest to the best.

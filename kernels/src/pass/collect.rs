@@ -165,7 +165,7 @@ pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
 /// Camera paths, a pixel an invocation.
 #[pass(name = "collect", over = params.pixel_count(), work = Camera, joint)]
 pub fn collect(
-    place: u32,
+    index: u32,
     params: &FrameParams,
     features: Features,
     scene: SceneTables<'_>,
@@ -180,7 +180,7 @@ pub fn collect(
     point_shading: Slots<'_, PointShading>,
 ) {
     let collect = Collect {
-        pixel: pixel_order[place as usize],
+        pixel: pixel_order[index as usize],
         params,
         features,
         radiance: path_radiance,
@@ -565,9 +565,9 @@ pub fn follow<T: Tracer, O: PathObserver, C: Atomics>(
                 };
 
                 // Of the vertex nothing is needed any more.
-                let mut place = 0;
-                while place < waits {
-                    let shadow = aside.shadow(place);
+                let mut index = 0;
+                while index < waits {
+                    let shadow = aside.shadow(index);
                     let transmittance =
                         shadow_transmittance(&shadow.ray, shadow.media, features, scene, tracer);
                     if transmittance.max_element() > 0.0 {
@@ -577,7 +577,7 @@ pub fn follow<T: Tracer, O: PathObserver, C: Atomics>(
                             aside.add(Sum::Direct, shadow.non_specular * transmittance);
                         }
                     }
-                    place += 1;
+                    index += 1;
                 }
                 shadow_rays += waits;
                 if parts && was_delta_prefix {

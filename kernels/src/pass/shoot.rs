@@ -9,7 +9,7 @@ use crate::interface::counters::Counter;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::material::FLAGS_SCATTER_TEXTURE;
-use crate::interface::point::{DepositGeometry, DepositLight};
+use crate::interface::point::{PhotonGeometry, PhotonLight};
 use crate::interface::scene::SceneTables;
 use crate::light::emit::Emit;
 use crate::math::is_finite;
@@ -34,7 +34,7 @@ use spirv_std::glam::Vec3;
 #[macro_export]
 macro_rules! shoot_pass {
     ($($joint:ident)? $name:literal, |$power:ident $(, $buffer:ident: $type:ty)*| $emit:expr) => {
-        /// Light paths of a batch, one an invocation; deposits are stored.
+        /// Light paths of a batch, one an invocation; photons are stored.
         #[$crate::declare::pass(name = $name, over = params.light_path_batch, work = Light $(, $joint)?)]
         pub fn shoot(
             index: u32,
@@ -44,23 +44,23 @@ macro_rules! shoot_pass {
             scene: $crate::interface::scene::SceneTables<'_>,
             tracer: &mut impl $crate::trace::Tracer,
             counters: &mut impl $crate::platform::Atomics,
-            #[len = params.deposit_capacity]
-            deposit_geometry: $crate::platform::Slots<'_, $crate::interface::point::DepositGeometry>,
-            #[len = params.deposit_capacity]
-            deposit_light: $crate::platform::Slots<'_, $crate::interface::point::DepositLight>,
-            #[len = $crate::interface::counters::DEPOSIT_STATE_COUNT as u32]
-            deposit_state: $crate::platform::AtomicWords<'_>,
+            #[len = params.photon_capacity]
+            photon_geometry: $crate::platform::Slots<'_, $crate::interface::point::PhotonGeometry>,
+            #[len = params.photon_capacity]
+            photon_light: $crate::platform::Slots<'_, $crate::interface::point::PhotonLight>,
+            #[len = $crate::interface::counters::PHOTON_STATE_COUNT as u32]
+            photon_state: $crate::platform::AtomicWords<'_>,
             #[len = 0]
             start_counts: $crate::platform::AtomicWords<'_>,
             $($buffer: $type,)*
         ) {
             let $power = $crate::light::power::ByPower::new(scene, params, features);
             let store = $crate::pass::shoot::receive::Store {
-                geometry: deposit_geometry,
-                light: deposit_light,
-                state: deposit_state,
+                geometry: photon_geometry,
+                light: photon_light,
+                state: photon_state,
                 starts: start_counts,
-                capacity: params.deposit_capacity,
+                capacity: params.photon_capacity,
             };
             let path = dispatch.first + index;
             $crate::pass::shoot::stored(path, params, features, scene, &$emit, tracer, store, counters);
@@ -86,7 +86,7 @@ macro_rules! shoot_pass {
     };
 }
 
-/// Traces a light path and stores its deposits.
+/// Traces a light path and stores its photons.
 #[inline(always)]
 pub fn stored<E: Emit, T: Tracer, C: Atomics>(
     path: u32,
@@ -143,7 +143,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     let mut ledger = Ledger::new(params, path, features);
     ledger.emit(flux);
     let mut caustic = false;
-    let (mut rays, mut deposits, mut cut, mut overflows, mut unexpected) = (0, 0, 0, 0, 0);
+    let (mut rays, mut photons, mut cut, mut overflows, mut unexpected) = (0, 0, 0, 0, 0);
 
     // Hit `hit_count` lies behind `hit_count - 1` scatterings; one more is left for the collection point. What carries nothing
     // meets nothing.
@@ -197,16 +197,16 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             && material.flags & FLAGS_SCATTER_TEXTURE != 0;
         let receives = textured || scattering.bsdf.receives();
         if caustic && receives && cos_arriving > 0.0 {
-            deposits += 1;
+            photons += 1;
             receive.receive(
                 &mut path_state,
-                DepositGeometry {
+                PhotonGeometry {
                     position: here.position,
                     scatterings: hit_count - 1,
                     normal: here.face_normal,
                     instance: here.instance,
                 },
-                DepositLight {
+                PhotonLight {
                     to_light: here.to_previous,
                     texel: emission.texel,
                     flux: flux / cos_arriving,
@@ -261,8 +261,8 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     ledger.close(path, params.inverse_quantum(), counters);
     counters.add(Counter::LightPaths as u32, 1);
     counters.add(Counter::LightRays as u32, rays);
-    if deposits != 0 {
-        counters.add(Counter::Deposits as u32, deposits);
+    if photons != 0 {
+        counters.add(Counter::Photons as u32, photons);
     }
     if cut != 0 {
         counters.add(Counter::Cut as u32, cut);

@@ -1,8 +1,8 @@
-//! `widen.*`: wider discs where the last frame's deposits were few, as far as blur is the lesser error: what progressive
+//! `widen.*`: wider discs where the last frame's photons were few, as far as blur is the lesser error: what progressive
 //! photon mapping does from frame to frame, and others by the k nearest photons [Jensen 1996], by a look at the frame before.
 //!
-//! A disc has the radius of the settings where deposits suffice, and up to `WIDEST` of it where they do not. How wide it is,
-//! earlier frames alone decide, so that it is no function of the deposits that it takes: what remains is the bias of a wide
+//! A disc has the radius of the settings where photons suffice, and up to `WIDEST` of it where they do not. How wide it is,
+//! earlier frames alone decide, so that it is no function of the photons that it takes: what remains is the bias of a wide
 //! disc.
 
 #[cfg(target_arch = "spirv")]
@@ -22,13 +22,13 @@ use spirv_std::glam::Vec2;
 #[cfg(not(target_arch = "spirv"))]
 pub const KEPT: [&str; 1] = ["radius_next"];
 
-/// Once a frame that shoots, after what goes by the radius of the settings and before any deposit is gathered.
+/// Once a frame that shoots, after what goes by the radius of the settings and before any photon is gathered.
 #[cfg(not(target_arch = "spirv"))]
 pub fn widen(params: &FrameParams) -> Vec<Step> {
     vec![Step::new(&WIDEN_DISCS, params)]
 }
 
-/// Once a frame that shoots, after the last deposit is gathered.
+/// Once a frame that shoots, after the last photon is gathered.
 #[cfg(not(target_arch = "spirv"))]
 pub fn learn(params: &FrameParams) -> Vec<Step> {
     vec![Step::new(&WIDEN_LEARN, params)]
@@ -36,9 +36,9 @@ pub fn learn(params: &FrameParams) -> Vec<Step> {
 
 /// Largest radius, relative to that of the settings.
 pub const WIDEST: f32 = 3.0;
-/// Deposits that a disc of the radius of the settings must take on average, so that it need not be wider.
+/// Photons that a disc of the radius of the settings must take on average, so that it need not be wider.
 pub const ENOUGH: f32 = 4.0;
-/// Pixels to each side whose deposits are counted.
+/// Pixels to each side whose photons are counted.
 const AROUND: u32 = 2;
 
 /// Widens the disc of a pixel; where nothing is known, it is as it was.

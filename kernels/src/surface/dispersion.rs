@@ -6,7 +6,7 @@
 //!
 //! A smooth face reflects all channels the same way: it reflects by the mean of their Fresnel reflectances, weighted by what the
 //! path carries of each, and the channel is sampled once the path is transmitted ([`sample`]). So the other lobes of the surface, its
-//! collection points and its deposits keep all channels too. The facets of a rough face refract each channel to directions of
+//! collection points and its photons keep all channels too. The facets of a rough face refract each channel to directions of
 //! its own, and no lobe there is free of the index: a path has its channel before it scatters ([`needs_channel`], [`part`]). Limitations: what
 //! such a face reflects shows the noise of single channels.
 //!
@@ -24,7 +24,7 @@ use spirv_std::glam::Vec3;
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-/// The channel that a path has, by its place among the indices of refraction.
+/// The channel that a path has, by its position among the indices of refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Channel(f32);
 

@@ -1,6 +1,6 @@
-//! The media around a place: up to four materials, that of the highest priority first [Schmidt and Budge 2002].
+//! The media around a position: up to four materials, that of the highest priority first [Schmidt and Budge 2002].
 //!
-//! They are a function of the place, whatever way a path took there: light and camera paths find the same ones. Light
+//! They are a function of the position, whatever way a path took there: light and camera paths find the same ones. Light
 //! travels in the first; a face whose first medium is the same on both sides does nothing.
 
 #[cfg(target_arch = "spirv")]
@@ -22,7 +22,7 @@ pub const MAX_MATERIALS: usize = NO_MEDIUM as usize;
 /// Behind the last of them.
 const NO_MEDIUM: u32 = 0xffff;
 
-/// Materials around a place by falling priority, one twice where two of its solids overlap. A path keeps three of these, and
+/// Materials around a position by falling priority, one twice where two of its solids overlap. A path keeps three of these, and
 /// a GPU its registers: they are two in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MediaStack {
@@ -90,31 +90,31 @@ impl MediaStack {
     #[inline(always)]
     pub fn entered(self, material: u32, materials: &[Material]) -> (Self, bool) {
         let priority = materials[material as usize].priority;
-        let mut place = 0;
-        while place < DEPTH && !outranks(priority, self.at(place), materials) {
-            place += 1;
+        let mut index = 0;
+        while index < DEPTH && !outranks(priority, self.at(index), materials) {
+            index += 1;
         }
-        (self.inserted(material, place), self.at(3) != NO_MEDIUM)
+        (self.inserted(material, index), self.at(3) != NO_MEDIUM)
     }
 
-    /// The medium at a place, counted from that of the highest priority.
+    /// The medium at an index, counted from that of the highest priority.
     #[inline(always)]
-    fn at(self, place: u32) -> u32 {
-        let two = if place < 2 { self.upper } else { self.lower };
-        two >> (16 * (place & 1)) & 0xffff
+    fn at(self, index: u32) -> u32 {
+        let two = if index < 2 { self.upper } else { self.lower };
+        two >> (16 * (index & 1)) & 0xffff
     }
 
-    /// With `material` before what is at a place; the same where that is beyond the last.
+    /// With `material` before what is at an index; the same where that is beyond the last.
     #[shared]
-    fn inserted(self, material: u32, place: u32) -> Self {
+    fn inserted(self, material: u32, index: u32) -> Self {
         let (first, second, third) = (self.at(0), self.at(1), self.at(2));
-        if place == 0 {
+        if index == 0 {
             MediaStack::new(material, first, second, third)
-        } else if place == 1 {
+        } else if index == 1 {
             MediaStack::new(first, material, second, third)
-        } else if place == 2 {
+        } else if index == 2 {
             MediaStack::new(first, second, material, third)
-        } else if place == 3 {
+        } else if index == 3 {
             MediaStack::new(first, second, third, material)
         } else {
             self
@@ -150,13 +150,13 @@ impl MediaStack {
     pub fn settled(self, features: Features, materials: &[Material]) -> Self {
         let mut settled = self;
         if features.has(Features::OPEN_SURFACES) {
-            let mut place = 0;
-            while place < DEPTH {
-                let id = self.at(place);
+            let mut index = 0;
+            while index < DEPTH {
+                let id = self.at(index);
                 if id != NO_MEDIUM && materials[id as usize].flags & FLAG_HANGING != 0 {
                     settled = settled.left(id);
                 }
-                place += 1;
+                index += 1;
             }
         }
         settled

@@ -37,7 +37,7 @@ pub fn sample(tables: TextureTables<'_>, texture: u32, uv: Vec2, footprint: f32)
 }
 
 /// Weight of the second of two texels this far along; all or nothing for the nearest.
-/// Four texels around a place in a level.
+/// Four texels around a position in a level.
 #[derive(Clone, Copy)]
 struct Quad {
     texture: Texture,

@@ -75,10 +75,10 @@ impl Bvh8 {
 fn fetch(child: u32, nodes: &[Bvh8Node], blocks: &[TriangleBlock]) {
     let node: *const i8 = nodes.as_ptr().wrapping_add(child as usize).cast();
     let block: *const i8 = blocks.as_ptr().wrapping_add((child & !LEAF) as usize).cast();
-    let place = if child & LEAF != 0 { block } else { node };
+    let address = if child & LEAF != 0 { block } else { node };
     // A leaf has three lines; to ask for one more costs less than to tell.
     for line in 0..4 {
-        prefetch(place.wrapping_add(64 * line));
+        prefetch(address.wrapping_add(64 * line));
     }
 }
 
@@ -122,8 +122,8 @@ impl Bvh8Builder<'_> {
             let Some(open) = largest else { break };
             let opened = below[open];
             for (number, lane) in opened.all[..opened.count].iter().enumerate() {
-                let place = if number == 0 { open } else { lanes.count + number - 1 };
-                (lanes.all[place], below[place]) = (*lane, self.below(lane));
+                let slot = if number == 0 { open } else { lanes.count + number - 1 };
+                (lanes.all[slot], below[slot]) = (*lane, self.below(lane));
             }
             lanes.count += opened.count - 1;
         }
@@ -131,17 +131,17 @@ impl Bvh8Builder<'_> {
         self.rooms.push(0);
         self.bvh8_nodes()[index] = EMPTY_NODE;
         let mut room = 0;
-        for (place, lane) in lanes.all[..lanes.count].iter().enumerate() {
+        for (slot, lane) in lanes.all[..lanes.count].iter().enumerate() {
             let mut child = lane.child;
             if lane.is_node() {
                 child = self.node(child);
                 room = room.max(self.rooms[child as usize]);
             }
             let made = &mut self.bvh8_nodes()[index];
-            made.children[place] = child;
+            made.children[slot] = child;
             for (sides, planes) in made.planes.iter_mut().zip(lane.planes) {
                 for (side, plane) in sides.iter_mut().zip(planes) {
-                    cast_mut::<__m256, [f32; WIDTH]>(side)[place] = plane;
+                    cast_mut::<__m256, [f32; WIDTH]>(side)[slot] = plane;
                 }
             }
         }

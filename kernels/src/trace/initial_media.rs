@@ -1,7 +1,7 @@
-//! The media around a place where a path starts, the eye or a light: its initial media stack.
+//! The media around a position where a path starts, the eye or a light: its initial media stack.
 //!
-//! A place is inside of a solid as often as the solid's faces wind around it, which any ray out counts. Around an
-//! open surface that is no integer: a place is inside where more of eight rays meet the surface's back first than its front, or
+//! A position is inside of a solid as often as the solid's faces wind around it, which any ray out counts. Around an
+//! open surface that is no integer: a position is inside where more of eight rays meet the surface's back first than its front, or
 //! nothing [as winding numbers above one half, Jacobson et al. 2013]. What is opaque turns them back: below a pool's surface
 //! all come to its back. Nowhere about a flat open surface more than half do, and a hanging one has no inside. All rays
 //! have key 0: what blends turns them back, or does not, for whoever asks.
@@ -27,7 +27,7 @@ const MAX_FACES: u32 = 256;
 /// Faces on the way of one that looks for open surfaces, at most.
 const MAX_BOUNCES: u32 = 16;
 
-/// How often a solid winds around a place; of an open surface, backs less fronts that are met.
+/// How often a solid winds around a position; of an open surface, backs less fronts that are met.
 #[derive(Clone, Copy)]
 struct Winding {
     material: u32,
@@ -90,10 +90,10 @@ pub fn initial_media_stack<T: Tracer>(
         index += 1;
     }
     let mut media = MediaStack::VACUUM;
-    let mut place = 0;
-    while place < 4 {
-        media = around.at(place).inside(media, escaped, scene.materials);
-        place += 1;
+    let mut slot = 0;
+    while slot < 4 {
+        media = around.at(slot).inside(media, escaped, scene.materials);
+        slot += 1;
     }
     media
 }
@@ -130,10 +130,10 @@ impl Winding {
 
 impl Windings {
     #[inline(always)]
-    fn at(self, place: u32) -> Winding {
+    fn at(self, slot: u32) -> Winding {
         let Windings { first, second, third, fourth } = self;
-        let (upper, lower) = if place & 1 == 0 { (first, third) } else { (second, fourth) };
-        if place < 2 { upper } else { lower }
+        let (upper, lower) = if slot & 1 == 0 { (first, third) } else { (second, fourth) };
+        if slot < 2 { upper } else { lower }
     }
 
     /// After a ray out crossed a face: a back (1) ends what it came out of, a front (-1) begins what it passes.

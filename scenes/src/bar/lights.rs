@@ -52,21 +52,21 @@ pub fn add(document: &mut Document, palette: &Palette) {
         ],
     );
     let spot = document.shape("spot", &[(white, &disc), (palette.iron, &lathe(metal::SEGMENTS, &can()))]);
-    for place in PENDANTS.map(DVec3::from_array) {
-        put(document, "pendant", pendant, place, DVec3::NEG_Y);
-        let top = place.y + 0.17;
+    for position in PENDANTS.map(DVec3::from_array) {
+        put(document, "pendant", pendant, position, DVec3::NEG_Y);
+        let top = position.y + 0.17;
         let cord = document.mesh("cord", palette.iron, &lathe(CORD_SEGMENTS, &cord(CEILING - top)));
-        document.place(cord, place.with_y(top));
+        document.place(cord, position.with_y(top));
     }
-    for [place, target] in SPOTS.map(|spot| spot.map(DVec3::from_array)) {
-        put(document, "spot", spot, place, (target - place).normalize());
+    for [position, target] in SPOTS.map(|spot| spot.map(DVec3::from_array)) {
+        put(document, "spot", spot, position, (target - position).normalize());
     }
 }
 
 /// Puts a light that shines down its own y axis.
-fn put(document: &mut Document, name: &str, light: Shape, place: DVec3, facing: DVec3) {
+fn put(document: &mut Document, name: &str, light: Shape, position: DVec3, facing: DVec3) {
     let node = document.node(name, light);
-    document.place(node, place);
+    document.place(node, position);
     document.turn(node, DQuat::from_rotation_arc(DVec3::NEG_Y, facing));
 }
 

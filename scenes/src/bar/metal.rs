@@ -53,7 +53,7 @@ impl Turned {
     }
 }
 
-/// Adds a rod of brass along x between two places (m).
+/// Adds a rod of brass along x between two positions (m).
 pub fn rail(document: &mut Document, palette: &Palette, name: &str, from: DVec3, length: f64, radius: f64) {
     let end = radius * 0.3;
     let outline = [

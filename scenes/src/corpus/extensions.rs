@@ -53,9 +53,9 @@ pub fn sparse() -> Small {
     small.root(json!({ "mesh": mesh }));
     // Some vertices stand out; of a second mesh all but those are at the origin.
     let moved = [1_u8, 6, 11];
-    let places: Vec<f32> =
+    let moved_positions: Vec<f32> =
         moved.iter().flat_map(|&at| (grid.positions[at as usize] + glam::Vec3::Z * 0.4).to_array()).collect();
-    let bytes: Vec<u8> = places.iter().flat_map(|value| value.to_le_bytes()).collect();
+    let bytes: Vec<u8> = moved_positions.iter().flat_map(|value| value.to_le_bytes()).collect();
     let (at, values) = (small.view(&moved), small.view(&bytes));
     let sparse = json!({
         "count": moved.len(), "indices": { "bufferView": at, "componentType": 5121 },
@@ -66,7 +66,11 @@ pub fn sparse() -> Small {
     accessor["sparse"] = sparse.clone();
     accessor["max"][2] = json!(0.4_f32);
     let ends = |pick: fn(f32, f32) -> f32| {
-        places.as_chunks::<3>().0.iter().fold([0.0_f32; 3], |a, b| std::array::from_fn(|i| pick(a[i], b[i])))
+        moved_positions
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .fold([0.0_f32; 3], |a, b| std::array::from_fn(|i| pick(a[i], b[i])))
     };
     let (min, max) = (ends(f32::min), ends(f32::max));
     let fan = small.push(

@@ -8,7 +8,7 @@ use super::{Document, Node};
 /// What of a node moves.
 #[derive(Clone, Copy, Debug)]
 pub enum Property {
-    /// Its place (m).
+    /// Its translation (m).
     Translation,
     /// Its orientation, a unit quaternion x, y, z, w.
     Rotation,

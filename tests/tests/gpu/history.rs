@@ -120,7 +120,7 @@ fn runners_agree_on_what_pixels_show() {
             assert!(moving > cpu.len() / 20, "{scene}: {moving}");
             let words = Tolerance::EXACT.except(2.0e-3, REASON);
             let near = Tolerance::relative(1.0e-3, 0.0, REASON).except(2.0e-3, REASON);
-            // Pixels: a difference of two places in the image.
+            // Pixels: a difference of two positions in the image.
             let motion = Tolerance { absolute: 1.0e-2, ..near };
             let tolerance = |name: &str| if name == "motion" { motion } else { near };
             let mut table = Table::new(&format!("{scene}, what pixels show (hardware {hardware})"));

@@ -15,7 +15,7 @@ use caustics_tests::scenes::{blended_room, dispersive_room};
 use caustics_tests::table::Table;
 use caustics_tests::twin::{Twin, load, needs};
 
-/// A small view whose points are large enough to take thousands of deposits.
+/// A small view whose points are large enough to take thousands of photons.
 fn settings() -> Settings {
     Settings {
         width: 160,

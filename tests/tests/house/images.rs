@@ -44,7 +44,7 @@ impl Hash {
     }
 
     fn image(&mut self, image: &RenderedImage) {
-        let RenderedImage { width, height, path, caustics, radius, depth, deposits, auxiliary } = image;
+        let RenderedImage { width, height, path, caustics, radius, depth, photons, auxiliary } = image;
         self.layer([*width as f32, *height as f32].into_iter());
         let vectors = [path, caustics, &auxiliary.normal, &auxiliary.albedo, &auxiliary.position];
         for vectors in vectors {
@@ -52,7 +52,7 @@ impl Hash {
             self.layer(lanes.into_iter());
         }
         let motion: Vec<f32> = auxiliary.motion.iter().flat_map(|motion| motion.to_array()).collect();
-        for values in [radius, depth, deposits, &motion, &auxiliary.depth, &auxiliary.material] {
+        for values in [radius, depth, photons, &motion, &auxiliary.depth, &auxiliary.material] {
             self.layer(values.iter().copied());
         }
     }
@@ -243,7 +243,7 @@ fn a_hash_is_another_when_one_bit_of_a_layer_is() {
         caustics: vec![Vec3::ONE],
         radius: vec![1.0],
         depth: vec![1.0],
-        deposits: vec![1.0],
+        photons: vec![1.0],
         ..RenderedImage::default()
     };
     let auxiliary = &mut image.auxiliary;
@@ -261,7 +261,7 @@ fn a_hash_is_another_when_one_bit_of_a_layer_is() {
         |image, next| image.caustics[0].x = next,
         |image, next| image.radius[0] = next,
         |image, next| image.depth[0] = next,
-        |image, next| image.deposits[0] = next,
+        |image, next| image.photons[0] = next,
         |image, next| image.auxiliary.normal[0].y = next,
         |image, next| image.auxiliary.albedo[0].y = next,
         |image, next| image.auxiliary.position[0].y = next,

@@ -130,7 +130,7 @@ fn read(tokens: TokenStream, module: &[String], own_name: &str, found: &mut BTre
     }
 }
 
-/// The names behind `::` at a place: one, or those of a group.
+/// The names behind `::` at an index: one, or those of a group.
 fn rooms_behind(tokens: &[TokenTree], at: usize, found: &mut BTreeSet<String>) {
     let is_colon =
         |token: Option<&TokenTree>| matches!(token, Some(TokenTree::Punct(punct)) if punct.as_char() == ':');

@@ -33,8 +33,8 @@ fn casters() -> Casters {
         (Vec3::new(0.0, 0.4, 0.0), 0.6),
     ];
     let mut casters = Casters { count: spheres.len() as u32, ..Casters::default() };
-    for (place, (centre, radius)) in casters.spheres.iter_mut().zip(spheres) {
-        *place = Caster { centre, radius };
+    for (slot, (centre, radius)) in casters.spheres.iter_mut().zip(spheres) {
+        *slot = Caster { centre, radius };
     }
     casters
 }
@@ -64,7 +64,7 @@ fn density(casters: &Casters, from: DVec3, direction: DVec3, by_power: f64) -> f
     for sphere in casters.spheres[..count].iter().filter(|sphere| sphere.radius > 0.0) {
         let along = sphere.centre.as_dvec3() - from;
         let cos = (1.0 - (f64::from(sphere.radius) / along.length()).powi(2)).sqrt();
-        // Holds the place (no root), or wider than a quarter of all directions.
+        // Holds the position (no root), or wider than a quarter of all directions.
         let has_cone = !cos.is_nan() && cos >= 0.5;
         let weight = if has_cone { (1.0 - cos).sqrt() } else { 1.0 };
         weights += weight;
@@ -85,14 +85,14 @@ struct Maps {
 }
 
 impl Maps {
-    /// Texels by their map and place, shares by their map; both are scaled to what they must be.
+    /// Texels by their map and index, shares by their map; both are scaled to what they must be.
     fn new(world: &World<'_>, texel: impl Fn(u32, u32) -> f32, share: impl Fn(u32) -> f32) -> Maps {
         let count = map_count(&world.params);
         let mut pyramid = vec![0.0f32; (count * Map::NODES) as usize];
         for level in 0..=Map::TOP {
             for index in 0..Map::count(level, count) {
-                let Node { place, below } = Map::node(level, index);
-                pyramid[place as usize] = match level {
+                let Node { slot, below } = Map::node(level, index);
+                pyramid[slot as usize] = match level {
                     0 => texel(index / Map::TEXELS, index % Map::TEXELS),
                     _ => below.map(|child| pyramid[child as usize]).iter().sum(),
                 };
@@ -230,7 +230,7 @@ fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
     });
 }
 
-/// The flux of all emissions in every cell of directions and, of parallel light, of places; and in all of them.
+/// The flux of all emissions in every cell of directions and, of parallel light, of positions; and in all of them.
 fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, count: usize) {
     world(b, |world| {
         let sums = |emit: &dyn Fn(u32) -> EmissionSample| {
@@ -297,13 +297,13 @@ fn starts_carry_the_light_of_starts_by_power() {
     }
     let mut parallel = far_floor();
     parallel.directional(DVec3::new(0.1, -1.0, 0.0), 2.0);
-    let places = |emission: &EmissionSample| {
+    let positions = |emission: &EmissionSample| {
         let along = emission.ray.origin
             + emission.ray.direction * (-emission.ray.origin.y / emission.ray.direction.y);
         let cell = |x: f32| ((x + 4.0) * 3.0).clamp(0.0, 23.0) as usize;
         24 * cell(along.x) + cell(along.z)
     };
-    is_the_same("directional", parallel, places, 24 * 24);
+    is_the_same("directional", parallel, positions, 24 * 24);
     // Two hundred of very different power, in groups.
     let mut many = far_floor();
     for id in 0..200 {

@@ -1,4 +1,4 @@
-//! O11: every gather is brute force, bit for bit, over whatever points and deposits there are.
+//! O11: every gather is brute force, bit for bit, over whatever points and photons there are.
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
 use caustics::scene::Scene;
@@ -14,7 +14,7 @@ use caustics_kernels::gather::{Gather, Index, Near, Visit};
 use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::math::quanta::Quanta;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
@@ -22,18 +22,18 @@ use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::frame as gather;
 use caustics_kernels::method::frame::frame_buffers;
 use caustics_kernels::pass::collect::pixel_order;
-use caustics_tests::direct::{self, Deposits, render};
+use caustics_tests::direct::{self, Photons, render};
 use caustics_tests::gpu::gpu;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
-/// Points and deposits that a gather is asked for.
+/// Points and photons that a gather is asked for.
 #[derive(Debug)]
 struct Case {
     points: Vec<PointGeometry>,
     shadings: Vec<PointShading>,
-    deposits: Deposits,
+    photons: Photons,
 }
 
 /// A scene for its tables: Lambert, rough metal, coat.
@@ -48,13 +48,13 @@ fn materials_scene() -> Scene {
     b.build()
 }
 
-fn params(scene: &Scene, pixels: u32, deposits: u32) -> FrameParams {
+fn params(scene: &Scene, pixels: u32, photons: u32) -> FrameParams {
     let settings = Settings { width: pixels, height: 1, light_paths: 1024, ..Settings::default() };
     let base = settings.params(scene, &scene.cameras[0], 0);
     FrameParams {
         light_path_count: 1024,
         light_path_batch: 1024,
-        deposit_capacity: deposits.max(1),
+        photon_capacity: photons.max(1),
         // A small table, so that cells share slots.
         cell_mask: 63,
         quantum: 2.0_f32.powi(-30),
@@ -62,9 +62,9 @@ fn params(scene: &Scene, pixels: u32, deposits: u32) -> FrameParams {
     }
 }
 
-/// Random points, radii over six orders of magnitude, a share of them missing; deposits near and far, duplicated,
+/// Random points, radii over six orders of magnitude, a share of them missing; photons near and far, duplicated,
 /// and such that lie a radius away to the bit.
-fn random_case(seed: u32, point_count: u32, deposit_count: u32, missing: f32, spread: f32) -> Case {
+fn random_case(seed: u32, point_count: u32, photon_count: u32, missing: f32, spread: f32) -> Case {
     let mut rng = Rng::new(Stream::Camera, seed, 0, 0);
     let (mut points, mut shadings) = (Vec::new(), Vec::new());
     for _ in 0..point_count {
@@ -89,8 +89,8 @@ fn random_case(seed: u32, point_count: u32, deposit_count: u32, missing: f32, sp
             ..PointShading::default()
         });
     }
-    let mut deposits = Deposits::default();
-    while deposits.len() < deposit_count {
+    let mut photons = Photons::default();
+    while photons.len() < photon_count {
         let (a, b, c) = (rng.next4(), rng.next4(), rng.next4());
         let near = points[(a.x * point_count as f32) as usize % points.len()];
         let tangent = near.normal.any_orthonormal_vector();
@@ -105,20 +105,20 @@ fn random_case(seed: u32, point_count: u32, deposit_count: u32, missing: f32, sp
         };
         let normal = (near.normal + uniform_sphere(c.x, c.y) * 0.3).normalize();
         let to_light = uniform_sphere(c.z, c.w);
-        let geometry = DepositGeometry { position, scatterings: 1 + (a.w * 4.0) as u32, normal, instance: 0 };
-        let light = DepositLight {
+        let geometry = PhotonGeometry { position, scatterings: 1 + (a.w * 4.0) as u32, normal, instance: 0 };
+        let light = PhotonLight {
             to_light: to_light * to_light.dot(normal).signum(),
             flux: Vec3::new(b.y, b.z, b.w) * 10.0_f32.powf(4.0 * a.w - 3.0),
-            ..DepositLight::default()
+            ..PhotonLight::default()
         };
         for _ in 0..1 + (a.w * 40.0) as u32 % 3 {
-            deposits.push(geometry, light);
+            photons.push(geometry, light);
         }
     }
-    Case { points, shadings, deposits }
+    Case { points, shadings, photons }
 }
 
-/// Accumulator words of a variant over the deposits of each case, by one runner.
+/// Accumulator words of a variant over the photons of each case, by one runner.
 fn by_runner(
     choice: &RunnerChoice,
     variant: &'static Variant,
@@ -126,9 +126,9 @@ fn by_runner(
     cases: &[Case],
 ) -> Vec<Vec<u32>> {
     let points = cases.iter().map(|case| case.points.len()).max().unwrap_or(0) as u32;
-    let deposits = cases.iter().map(|case| case.deposits.len()).max().unwrap_or(0);
-    let params = params(scene, points, deposits);
-    // The given deposits stand in for the light paths.
+    let photons = cases.iter().map(|case| case.photons.len()).max().unwrap_or(0);
+    let params = params(scene, points, photons);
+    // The given photons stand in for the light paths.
     let mut steps = vec![Step::Clear { buffer: "accumulator" }];
     steps.extend(gather::prepare(variant, &params));
     steps.extend(gather::exchange(variant, &params));
@@ -140,9 +140,9 @@ fn by_runner(
         assert_eq!(case.points.len(), points as usize);
         runner.write("point_geometry", cast_slice(&case.points)).unwrap();
         runner.write("point_shading", cast_slice(&case.shadings)).unwrap();
-        runner.write("deposit_geometry", cast_slice(&case.deposits.geometry)).unwrap();
-        runner.write("deposit_light", cast_slice(&case.deposits.light)).unwrap();
-        runner.write("deposit_state", cast_slice(&[case.deposits.len(), 0, 0, 0])).unwrap();
+        runner.write("photon_geometry", cast_slice(&case.photons.geometry)).unwrap();
+        runner.write("photon_light", cast_slice(&case.photons.light)).unwrap();
+        runner.write("photon_state", cast_slice(&[case.photons.len(), 0, 0, 0])).unwrap();
         runner.run(&params, &steps).unwrap();
         pod_collect_to_vec(&runner.read("accumulator").unwrap())
     };
@@ -151,9 +151,9 @@ fn by_runner(
 
 /// Words by brute force, on this thread.
 fn by_brute(scene: &Scene, case: &Case) -> Vec<u32> {
-    let params = params(scene, case.points.len() as u32, case.deposits.len());
+    let params = params(scene, case.points.len() as u32, case.photons.len());
     let (points, shadings) = (&case.points, &case.shadings);
-    direct::gather(&BRUTE, points, shadings, &case.deposits, &scene.materials, Features::ALL, &params)
+    direct::gather(&BRUTE, points, shadings, &case.photons, &scene.materials, Features::ALL, &params)
 }
 
 /// Whether a variant's words are those expected.
@@ -186,7 +186,7 @@ fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
         let choice = gpu.choice(hardware);
         let expected = by_runner(&choice, &BRUTE, &scene, &cases);
         let taken: usize = expected.iter().map(|words| takers(words)).sum();
-        println!("{taken} points take deposits");
+        println!("{taken} points take photons");
         assert!(taken > 500, "the test has lost its subject");
         for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
             let found = by_runner(&choice, variant, &scene, &cases);
@@ -237,7 +237,7 @@ fn a_variant_from_outside_runs_on_the_cpu() {
     assert!(image(&STRIPES) == image(&BRUTE));
 }
 
-/// A gather that forgets one deposit in a thousand.
+/// A gather that forgets one photon in a thousand.
 mod careless {
     use super::*;
 
@@ -248,7 +248,7 @@ mod careless {
     }
     impl Gather for Careless {
         fn for_each_near<V: Visit>(tables: &mut Tables<'_>, _: Near, visit: &mut V) {
-            (0..tables.deposit_count).filter(|id| id % 1000 != 500).for_each(|id| visit.visit(tables, id));
+            (0..tables.photon_count).filter(|id| id % 1000 != 500).for_each(|id| visit.visit(tables, id));
         }
     }
     caustics_kernels::gather_pass!(careless, Careless);
@@ -261,7 +261,7 @@ fn detects_a_gather_that_misses_a_deposit() {
     let scene = materials_scene();
     let mut case = random_case(1, 300, 600, 0.1, 1.0);
     // One that is taken.
-    case.deposits.geometry[500] = DepositGeometry {
+    case.photons.geometry[500] = PhotonGeometry {
         position: case.points[0].position,
         normal: case.points[0].normal,
         scatterings: 1,
@@ -282,9 +282,9 @@ proptest! {
 
     #[test]
     fn every_gather_finds_what_brute_force_finds(
-        seed in any::<u32>(), points in 1_u32..400, deposits in 1_u32..600, spread in -2.0_f32..3.0,
+        seed in any::<u32>(), points in 1_u32..400, photons in 1_u32..600, spread in -2.0_f32..3.0,
     ) {
-        let case = random_case(seed, points, deposits, 0.1, 10.0_f32.powf(spread));
+        let case = random_case(seed, points, photons, 0.1, 10.0_f32.powf(spread));
         all_agree(&materials_scene(), &case);
     }
 
@@ -299,9 +299,9 @@ proptest! {
         let case = random_case(seed, 200, 400, 0.0, 10.0_f32.powf(spread));
         for point in &case.points {
             let b = bound(point);
-            for deposit in case.deposits.geometry.iter().filter(|deposit| takes(point, deposit, 9)) {
-                let inside = deposit.position.cmpge(b.0).all() && deposit.position.cmple(b.1).all();
-                prop_assert!(inside, "{:?} {:?} {:?}", point, b, deposit);
+            for photon in case.photons.geometry.iter().filter(|photon| takes(point, photon, 9)) {
+                let inside = photon.position.cmpge(b.0).all() && photon.position.cmple(b.1).all();
+                prop_assert!(inside, "{:?} {:?} {:?}", point, b, photon);
             }
         }
     }
@@ -313,10 +313,10 @@ fn random_cases_have_what_they_test() {
     let words = by_brute(&materials_scene(), &case);
     let taken: u32 = words.chunks(WORDS as usize).map(|point| point[WORDS as usize - 1]).sum();
     let at_bound = case.points.iter().flat_map(|p| {
-        case.deposits.geometry.iter().filter(move |d| (d.position - p.position).length() == p.radius)
+        case.photons.geometry.iter().filter(move |d| (d.position - p.position).length() == p.radius)
     });
     println!(
-        "{} of 300 points take {taken} deposits, {} at the bound",
+        "{} of 300 points take {taken} photons, {} at the bound",
         takers(&words),
         at_bound.clone().count()
     );
@@ -327,16 +327,16 @@ fn random_cases_have_what_they_test() {
 fn nothing_and_little_are_gathered_alike() {
     let scene = materials_scene();
     let mut case = random_case(2, 100, 50, 0.3, 1.0);
-    let one = (case.deposits.geometry[0], case.deposits.light[0]);
-    case.deposits = Deposits::default();
+    let one = (case.photons.geometry[0], case.photons.light[0]);
+    case.photons = Photons::default();
     assert_eq!(takers(&all_agree(&scene, &case)), 0);
-    case.deposits.push(one.0, one.1);
+    case.photons.push(one.0, one.1);
     all_agree(&scene, &case);
     case.points.iter_mut().for_each(|point| *point = PointGeometry::default());
     assert_eq!(takers(&all_agree(&scene, &case)), 0);
 }
 
-/// 1e6 equal deposits in one spot: the sum is the integer product, on any number of threads.
+/// 1e6 equal photons in one spot: the sum is the integer product, on any number of threads.
 #[test]
 fn many_deposits_in_one_spot_sum_exactly() {
     let scene = materials_scene();
@@ -347,15 +347,15 @@ fn many_deposits_in_one_spot_sum_exactly() {
         throughput: Vec3::ONE,
         ..PointShading::default()
     };
-    let mut deposits = Deposits::default();
-    let geometry = DepositGeometry { position: Vec3::ONE, scatterings: 1, normal: Vec3::Y, instance: 0 };
-    let light = DepositLight {
+    let mut photons = Photons::default();
+    let geometry = PhotonGeometry { position: Vec3::ONE, scatterings: 1, normal: Vec3::Y, instance: 0 };
+    let light = PhotonLight {
         to_light: Vec3::new(0.6, 0.8, 0.0),
         flux: Vec3::new(3.0, 0.1, 1e-7),
-        ..DepositLight::default()
+        ..PhotonLight::default()
     };
-    (0..1_000_000).for_each(|_| deposits.push(geometry, light));
-    let case = Case { points: vec![point; 3], shadings: vec![shading; 3], deposits };
+    (0..1_000_000).for_each(|_| photons.push(geometry, light));
+    let case = Case { points: vec![point; 3], shadings: vec![shading; 3], photons };
     let words = all_agree(&scene, &case);
     let params = params(&scene, 3, 1_000_000);
     let value = contribution(&shading, scene.materials[0], &light, params.specular_roughness, Features::ALL);
@@ -369,7 +369,7 @@ fn many_deposits_in_one_spot_sum_exactly() {
     assert_eq!(words[6], 1_000_000);
 }
 
-/// The disc test rounds: a deposit a hair beyond the radius is taken, and its cell may be the next one.
+/// The disc test rounds: a photon a hair beyond the radius is taken, and its cell may be the next one.
 #[test]
 fn every_gather_takes_what_rounding_puts_into_the_disc() {
     let scene = materials_scene();
@@ -380,27 +380,23 @@ fn every_gather_takes_what_rounding_puts_into_the_disc() {
         throughput: Vec3::ONE,
         ..PointShading::default()
     };
-    let geometry = DepositGeometry {
-        position: Vec3::new(-1e-9, 0.5, 0.5),
-        scatterings: 1,
-        normal: Vec3::Z,
-        instance: 0,
-    };
+    let geometry =
+        PhotonGeometry { position: Vec3::new(-1e-9, 0.5, 0.5), scatterings: 1, normal: Vec3::Z, instance: 0 };
     assert!(takes(&point, &geometry, 5));
     let b = bound(&point);
     assert!(geometry.position.cmpge(b.0).all() && geometry.position.cmple(b.1).all());
-    let mut deposits = Deposits::default();
+    let mut photons = Photons::default();
     // Enough of them that the grid is looked up by cells.
-    let light = DepositLight { to_light: Vec3::Z, flux: Vec3::ONE, ..DepositLight::default() };
-    (0..100).for_each(|_| deposits.push(geometry, light));
-    all_agree(&scene, &Case { points: vec![point], shadings: vec![shading], deposits });
+    let light = PhotonLight { to_light: Vec3::Z, flux: Vec3::ONE, ..PhotonLight::default() };
+    (0..100).for_each(|_| photons.push(geometry, light));
+    all_agree(&scene, &Case { points: vec![point], shadings: vec![shading], photons });
 }
 
 #[test]
 fn gathers_agree_on_real_scenes() {
     for name in ["mirror-room", "ring"] {
         let scene = committed(name);
-        // Of more deposits than those of casters that are met first.
+        // Of more photons than those of casters that are met first.
         let (light_paths, caustics) = (30_000, Caustics::Any);
         let settings = Settings { width: 80, height: 45, light_paths, caustics, ..Settings::default() };
         let mut first: Option<caustics::rendered_image::RenderedImage> = None;
@@ -410,8 +406,8 @@ fn gathers_agree_on_real_scenes() {
                 continue;
             }
             let (image, _) = render(&scene, &settings, variant.name, None, 0, 1).remove(0);
-            let taken: f32 = image.deposits.iter().sum();
-            println!("{name}, {}: {taken} deposits taken", variant.name);
+            let taken: f32 = image.photons.iter().sum();
+            println!("{name}, {}: {taken} photons taken", variant.name);
             assert!(taken > 300.0, "the test has lost its subject");
             let first = first.get_or_insert_with(|| image.clone());
             assert!(*first == image, "{name}: {} differs", variant.name);

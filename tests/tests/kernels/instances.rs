@@ -1,5 +1,5 @@
 //! Meshes that are stored once against copies of them in the world: textures, normal maps, holes, curved glass, mirrored and
-//! stretched in places of their own.
+//! stretched at positions of their own.
 
 use caustics::scene::{LoadOptions, Scene};
 use caustics::session::RunnerChoice;
@@ -26,7 +26,7 @@ fn rooms() -> [Scene; 2] {
     let path = folder.path().join("scene.gltf");
     let nodes = document["nodes"].as_array().unwrap().clone();
     let copies = nodes.iter().filter(|node| node["mesh"].is_u64() && node["name"] != "lamp");
-    let place = |node: &Value, at: usize| {
+    let copy = |node: &Value, at: usize| {
         let below =
             json!({ "mesh": node["mesh"], "translation": node["translation"], "scale": node["scale"] });
         let mut below = below.as_object().unwrap().clone();
@@ -40,7 +40,7 @@ fn rooms() -> [Scene; 2] {
         (Value::Object(below), above)
     };
     let mut all = nodes.clone();
-    let copies: Vec<_> = copies.flat_map(|node| (0..3).map(move |at| place(node, at))).collect();
+    let copies: Vec<_> = copies.flat_map(|node| (0..3).map(move |at| copy(node, at))).collect();
     for (below, mut above) in copies {
         all.push(below);
         above["children"] = json!([all.len() - 1]);

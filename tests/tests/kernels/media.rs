@@ -9,7 +9,7 @@ use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::{FLAG_HANGING, Material};
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::emit::EmissionSample;
 use caustics_kernels::math::cone::RayCone;
@@ -62,10 +62,10 @@ fn overlapping_plates_bend_once() {
             let settings = Settings { max_bounces: 5, ..settings(8, 8) };
             let seen = World::new(&scene, &settings).collect();
             let on_floor =
-                seen.iter().map(|path| path.point.geometry.position).filter(|place| place.y < -2.9);
-            let mut on_floor: Vec<_> = on_floor.map(|place| f64::from(place.x)).collect();
+                seen.iter().map(|path| path.point.geometry.position).filter(|position| position.y < -2.9);
+            let mut on_floor: Vec<_> = on_floor.map(|position| f64::from(position.x)).collect();
             assert!(on_floor.len() > 40, "{}", on_floor.len());
-            // Most of 64 paths are refracted and end at one place; few are reflected on their way.
+            // Most of 64 paths are refracted and end at one position; few are reflected on their way.
             on_floor.sort_by(f64::total_cmp);
             let seen = on_floor[on_floor.len() / 2];
             let tan = |ior: f64| {
@@ -267,14 +267,14 @@ impl caustics_kernels::light::emit::Emit for Single {
     }
 }
 
-/// The first deposit of a path.
+/// The first photon of a path.
 #[derive(Default)]
-struct Last(Option<(DepositGeometry, DepositLight)>);
+struct Last(Option<(PhotonGeometry, PhotonLight)>);
 
 impl Receive for Last {
     type PathState = ();
 
-    fn receive(&mut self, _path_state: &mut (), geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, _path_state: &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         self.0.get_or_insert((geometry, light));
     }
 }
@@ -307,7 +307,7 @@ fn direct_light_passes_a_covered_face() {
     assert!(open.x > 0.0 && ((covered - open) / open).abs().max_element() < 1e-4, "{covered} {open}");
 }
 
-/// Inside is where a medium winds around a place by more than half: nowhere about an open surface, whichever way it lies.
+/// Inside is where a medium winds around a position by more than half: nowhere about an open surface, whichever way it lies.
 #[test]
 fn no_place_about_an_open_sheet_is_inside() {
     let mut open = 0;
@@ -349,17 +349,17 @@ fn a_box_without_a_lid_has_an_inside() {
     let features = scene.features(0.25) | Features::STARTS_IN_MEDIUM;
     let mut tracer = scene.tracer(features);
     let mut is_inside =
-        |place: Vec3| initial_media_stack(place, features, scene.tables(), &mut tracer).holds(water);
+        |position: Vec3| initial_media_stack(position, features, scene.tables(), &mut tracer).holds(water);
     for index in 0..200 {
         let u = Rng::new(Stream::Camera, 10, index, 0).next4() - 0.5;
-        let place = Vec3::new(1.8 * u.x, 1.2 * u.y - 0.3, 1.8 * u.z);
-        assert!(is_inside(place), "{place}");
-        assert!(!is_inside(place + 2.5 * Vec3::Y) && !is_inside(place + 3.0 * Vec3::X), "{place}");
+        let position = Vec3::new(1.8 * u.x, 1.2 * u.y - 0.3, 1.8 * u.z);
+        assert!(is_inside(position), "{position}");
+        assert!(!is_inside(position + 2.5 * Vec3::Y) && !is_inside(position + 3.0 * Vec3::X), "{position}");
     }
 }
 
 /// What is below the surface of a pool is in its water, as a camera there is; an open surface in the same room that leaves a way
-/// round it hangs, and no place is in it.
+/// round it hangs, and no position is in it.
 #[test]
 fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
     let scene = pool(DVec3::new(0.2, 0.5, 0.9), DVec3::NEG_Y).build();
@@ -445,7 +445,7 @@ fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3
 fn an_open_sheet_looks_alike_from_nearby() {
     let hues: Vec<f64> = [-0.2, -0.1, 0.0, 0.1, 0.2]
         .map(|x| {
-            // So narrow that no place in view sees the lamp past the open surface.
+            // So narrow that no position in view sees the lamp past the open surface.
             let scene = under_an_open_surface(DVec3::new(x, -0.3, 0.6 + x), 0.4);
             let [red, _, blue] = mean_of(&scene, 1, false, 60);
             red.value / blue.value

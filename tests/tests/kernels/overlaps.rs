@@ -185,22 +185,22 @@ fn load(shape: &Shape, kept: Kept) -> Scene {
     Scene::load_with(&path, &LoadOptions { grabbed, copies, ..LoadOptions::default() }).expect("it loads")
 }
 
-/// Index of refraction at places around the origin (m from it).
-fn indices(scene: &Scene, places: &[Vec3]) -> Vec<f32> {
+/// Index of refraction at positions around the origin (m from it).
+fn indices(scene: &Scene, positions: &[Vec3]) -> Vec<f32> {
     let features = scene.features(0.25) | Features::STARTS_IN_MEDIUM;
     let mut tracer = scene.tracer(features);
-    let at = |place: &Vec3| {
-        let place = *place - scene.origin.as_vec3();
-        let media = initial_media_stack(place, features, scene.tables(), &mut tracer);
+    let at = |position: &Vec3| {
+        let position = *position - scene.origin.as_vec3();
+        let media = initial_media_stack(position, features, scene.tables(), &mut tracer);
         media.ior(Channel::GREEN, Features(0), &scene.materials)
     };
-    places.iter().map(at).collect()
+    positions.iter().map(at).collect()
 }
 
-/// Places around the origin, and in it.
-fn places() -> Vec<Vec3> {
-    let place = |index| 2.4 * (Rng::new(Stream::Camera, 13, index, 0).next4().truncate() - 0.5);
-    [Vec3::ZERO].into_iter().chain((0..300).map(place)).collect()
+/// Positions around the origin, and in it.
+fn positions() -> Vec<Vec3> {
+    let position = |index| 2.4 * (Rng::new(Stream::Camera, 13, index, 0).next4().truncate() - 0.5);
+    [Vec3::ZERO].into_iter().chain((0..300).map(position)).collect()
 }
 
 const SIZE: [u32; 2] = [32, 32];
@@ -241,14 +241,14 @@ fn rendered(scene: &Scene, seed: u32) -> [Mean; 2] {
 
 #[test]
 fn solids_that_share_a_material_are_where_those_with_their_own_are() {
-    let places = places();
+    let positions = positions();
     for (shared, own) in shapes(GLASS).iter().zip(shapes(OWN_GLASS)) {
         for kept in [Kept::Copies, Kept::Once, Kept::Grabbed] {
             let (scene, other) = (load(shared, kept), load(&own, kept));
             assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-            let found = indices(&scene, &places);
+            let found = indices(&scene, &positions);
             assert_eq!(found[0], 1.5, "{}, {kept:?}: the marble", shared.name);
-            assert_eq!(found, indices(&other, &places), "{}, {kept:?}", shared.name);
+            assert_eq!(found, indices(&other, &positions), "{}, {kept:?}", shared.name);
             assert!([1.0, 1.33, 1.5].iter().all(|ior| found.contains(ior)));
             // What the file calls materials stays as it is.
             assert_eq!(scene.material_names.len(), 6);
@@ -272,7 +272,7 @@ fn solids_that_share_a_material_look_like_those_with_their_own() {
     }
 }
 
-/// A grabbed marble that is moved, and made larger than the block, has the priority that its place in the file gives it.
+/// A grabbed marble that is moved, and made larger than the block, has the priority that its position in the file gives it.
 #[test]
 fn solids_keep_their_priorities_where_they_are_moved() {
     let shape = &shapes(GLASS)[0];

@@ -23,7 +23,7 @@ const BALL: usize = 9;
 enum Storage {
     /// In the world.
     Copied,
-    /// Once, in two places.
+    /// Once, for two instances.
     Once,
     /// On nodes that move.
     Moving,
@@ -45,8 +45,8 @@ fn rooms(storage: Storage) -> [Scene; 2] {
         let nodes = document["nodes"].as_array_mut().expect("nodes");
         nodes.iter_mut().filter(|node| shown_by(node, &[LEAVES, BALL])).for_each(|node| *node = json!({}));
         let mut roots: Vec<Value> = (0..nodes.len()).map(Value::from).collect();
-        let places = if storage == Storage::Once { 2 } else { 1 };
-        for place in 0..places {
+        let copy_count = if storage == Storage::Once { 2 } else { 1 };
+        for copy in 0..copy_count {
             let children: Vec<usize> = shown
                 .iter()
                 .map(|mesh| {
@@ -58,7 +58,7 @@ fn rooms(storage: Storage) -> [Scene; 2] {
             let other = json!({
                 "scale": [0.5, 0.5, 0.5], "rotation": [0.0, 0.2955, 0.0, 0.9553], "translation": [0.5, 0.8, 0.2],
             });
-            let mut group = if place == 0 { json!({}) } else { other };
+            let mut group = if copy == 0 { json!({}) } else { other };
             group["children"] = json!(children);
             nodes.push(group);
             roots.push(json!(nodes.len() - 1));
@@ -94,12 +94,12 @@ fn move_up(document: &mut Value, node: usize, folder: &std::path::Path) {
     };
     let buffer = push("buffers", json!({ "byteLength": 32, "uri": "keys.bin" }));
     let times = push("bufferViews", json!({ "buffer": buffer, "byteLength": 8 }));
-    let places = push("bufferViews", json!({ "buffer": buffer, "byteOffset": 8, "byteLength": 24 }));
+    let translations = push("bufferViews", json!({ "buffer": buffer, "byteOffset": 8, "byteLength": 24 }));
     let input = json!({
         "bufferView": times, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0.0], "max": [1.0],
     });
     let input = push("accessors", input);
-    let output = json!({ "bufferView": places, "componentType": 5126, "count": 2, "type": "VEC3" });
+    let output = json!({ "bufferView": translations, "componentType": 5126, "count": 2, "type": "VEC3" });
     let output = push("accessors", output);
     document["animations"] = json!([{
         "channels": [{ "sampler": 0, "target": { "node": node, "path": "translation" } }],

@@ -64,8 +64,8 @@ fn virtual_light() -> Vec<f64> {
         let along = (1.0 - 2.0 * (f64::from(y) + 0.5) / f64::from(HEIGHT)) * half;
         EYE.with_y(-1.0) + across * right + along * up
     };
-    let radiance = |place: DVec3| {
-        let to_virtual_image = virtual_image - place;
+    let radiance = |position: DVec3| {
+        let to_virtual_image = virtual_image - position;
         let distance = to_virtual_image.length();
         // Schlick at the mirror, whose normal is x.
         let cos = -to_virtual_image.x / distance;

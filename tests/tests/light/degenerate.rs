@@ -1,7 +1,7 @@
 //! Degenerate input: what is too small, too far, too flat, too few or not there at all.
 //!
 //! Other tests of this kind: NaN, infinite and zero-area geometry of files in `host/src/scene/gltf/tests.rs`; a million
-//! deposits in one point in `gathers.rs` (`many_deposits_in_one_spot_sum_exactly`); gathers without deposits, without
+//! photons in one point in `gathers.rs` (`many_deposits_in_one_spot_sum_exactly`); gathers without photons, without
 //! points and with a tenth of them there (`nothing_and_little_are_gathered_alike`,
 //! `every_gather_does_without_nine_points_in_ten`); files moved by 1e5 in `invariances.rs` (`moved_scenes_look_the_same`).
 
@@ -306,8 +306,8 @@ fn caustics_that_starve_are_told() {
 
     for name in caustics_scenes::NAMES {
         let counters = frame(&committed(name), &settings).1;
-        let (paths, deposits) = (counters.get(Counter::LightPaths), counters.get(Counter::Deposits));
-        println!("{name}: {deposits} deposits of {paths} light paths");
+        let (paths, photons) = (counters.get(Counter::LightPaths), counters.get(Counter::Photons));
+        println!("{name}: {photons} photons of {paths} light paths");
         if name == "uplight" {
             // What its lamp lights first is matte.
             assert!(counters.warnings()[0].contains("--caustics any"));
@@ -316,7 +316,7 @@ fn caustics_that_starve_are_told() {
             continue;
         }
         // Ten times what is warned of.
-        assert!(deposits * 1000 >= paths, "{name}");
+        assert!(photons * 1000 >= paths, "{name}");
         assert_eq!(counters.warnings(), [""; 0], "{name}");
     }
 }

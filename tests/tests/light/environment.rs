@@ -9,7 +9,7 @@ use caustics_kernels::interface::choice::{Caustics, LightSampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::light::environment::{direction_of, pdf_solid_angle, place_of, radiance_from};
+use caustics_kernels::light::environment::{direction_of, pdf_solid_angle, radiance_from, to_unit_square};
 use caustics_kernels::light::light_sampling::LightCandidates;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::basic::BASIC;
@@ -27,8 +27,8 @@ const SAMPLES: u32 = 1 << 18;
 /// A white sky from the horizon up, black below, with a warm sun of a few texels.
 fn sky() -> EnvironmentMap {
     let (width, height) = (256, 128);
-    let texel = |place: u32| {
-        let (x, y) = (place % width, place / width);
+    let texel = |index: u32| {
+        let (x, y) = (index % width, index / width);
         let sky = if y < height / 2 { Vec3::new(0.5, 0.6, 0.8) } else { Vec3::ZERO };
         let is_sun = (90..93).contains(&x) && (30..33).contains(&y);
         sky + if is_sun { Vec3::new(600.0, 500.0, 400.0) } else { Vec3::ZERO }
@@ -56,8 +56,8 @@ fn the_middle_of_the_picture_is_z_and_a_quarter_from_the_left_is_x() {
     let axes = [Vec3::NEG_Z, Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y];
     let (width, height) = (64, 32);
     // Columns around the left edge, a quarter, the middle, three quarters; rows at the poles.
-    let color = |place: u32| {
-        let (x, y) = (place % width, place / width);
+    let color = |index: u32| {
+        let (x, y) = (index % width, index / width);
         let axis = match y {
             0..4 => 4,
             28.. => 5,
@@ -88,7 +88,7 @@ fn the_square_of_directions_keeps_areas_and_comes_back() {
         let at = glam::Vec2::new(u.x, u.y);
         let direction = direction_of(at);
         assert!((direction.length() - 1.0).abs() < 1e-6);
-        let angle = (direction_of(place_of(direction)) - direction).length();
+        let angle = (direction_of(to_unit_square(direction)) - direction).length();
         assert!(angle < 2e-3, "{direction}: {angle}");
         sum += direction * direction;
     }
@@ -212,8 +212,8 @@ fn open_sky(map: EnvironmentMap) -> Scene {
 #[test]
 fn every_way_finds_the_light_of_the_sky() {
     let (width, height) = (32, 16);
-    let texel = |place: u32| {
-        let (x, y) = (place % width, place / width);
+    let texel = |index: u32| {
+        let (x, y) = (index % width, index / width);
         let up = (height - y) as f32 / height as f32;
         let is_bright = (10..15).contains(&x) && (3..7).contains(&y);
         Vec3::new(0.3, 0.4, 0.6) * up + if is_bright { Vec3::new(6.0, 5.0, 4.0) } else { Vec3::ZERO }
@@ -242,9 +242,9 @@ fn every_way_finds_the_light_of_the_sky() {
 #[test]
 fn a_sun_in_the_picture_is_a_directional_light() {
     let (width, height) = (2048, 1024);
-    let place = 250 * width + 700;
+    let index = 250 * width + 700;
     let mut texels = vec![Vec3::ZERO; (width * height) as usize];
-    texels[place as usize] = Vec3::splat(1e5);
+    texels[index as usize] = Vec3::splat(1e5);
     let sunny = open_sky(EnvironmentMap::new(width, height, texels));
     let down = std::f64::consts::PI * (250.5 / f64::from(height));
     let along = std::f64::consts::TAU * (700.5 / f64::from(width));
@@ -330,9 +330,9 @@ fn within_on_screen(radius: f64) -> f64 {
 #[test]
 fn a_sun_in_the_picture_shines_through_a_lens_as_a_directional_light_does() {
     let (width, height) = (2048, 1024);
-    let place = 250 * width + 700;
+    let index = 250 * width + 700;
     let mut texels = vec![Vec3::ZERO; (width * height) as usize];
-    texels[place as usize] = Vec3::splat(1e5);
+    texels[index as usize] = Vec3::splat(1e5);
     let down = std::f64::consts::PI * (250.5 / f64::from(height));
     let along = std::f64::consts::TAU * (700.5 / f64::from(width));
     let from = DVec3::new(down.sin() * along.sin(), down.cos(), -down.sin() * along.cos());
@@ -351,10 +351,10 @@ fn a_sun_in_the_picture_shines_through_a_lens_as_a_directional_light_does() {
         let settings =
             Settings { width: 8, height: 8, light_paths: paths, max_bounces: 4, ..Settings::default() };
         let world = World::new(scene, &settings);
-        let deposits = world.shoot(&world.by_power());
+        let photons = world.shoot(&world.by_power());
         radii.map(|radius| {
             let near = |p: Vec3| (p.as_dvec3() - foot).length() <= radius;
-            let hits = deposits.flux().filter(|(g, _)| g.scatterings == 2 && near(g.position));
+            let hits = photons.flux().filter(|(g, _)| g.scatterings == 2 && near(g.position));
             let (mut sum, mut squares) = (0.0, 0.0);
             for (_, flux) in hits {
                 (sum, squares) = (sum + flux, squares + flux * flux);

@@ -53,7 +53,7 @@ fn threads_change_no_bit() {
         }
         let first = &runs[0];
         assert!(first[0].0.caustics != first[1].0.caustics && first[0].0.path != first[1].0.path);
-        assert!(first[0].0.deposits.iter().sum::<f32>() > 50.0, "the test has lost its subject");
+        assert!(first[0].0.photons.iter().sum::<f32>() > 50.0, "the test has lost its subject");
     }
 }
 
@@ -238,7 +238,7 @@ fn batches_change_no_bit() {
     let caustics = [60_000, 7_001, 1_000].map(|batch| {
         let params = FrameParams {
             light_path_batch: batch,
-            deposit_capacity: batch * (settings.max_bounces - 1),
+            photon_capacity: batch * (settings.max_bounces - 1),
             ..whole
         };
         let buffers = frame_buffers(&BASIC, variant.into(), &params);

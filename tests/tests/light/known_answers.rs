@@ -40,7 +40,7 @@ fn settings(width: u32, height: u32, light_paths: u32) -> Settings {
 /// A floor 2 m below the origin that hardly reflects, seen by a camera 3 m above.
 fn above_a_floor() -> Builder {
     let mut b = Builder::default();
-    // Dark enough that what it reflects does not come back (1e-6), bright enough to take deposits.
+    // Dark enough that what it reflects does not come back (1e-6), bright enough to take photons.
     let floor = b.material(lambert(1e-6));
     b.panel(floor, DVec3::new(0.0, -2.0, 0.0), 8.0 * DVec3::Z, 8.0 * DVec3::X);
     b.camera(DVec3::new(0.0, 3.0, 0.0), DVec3::ZERO, 0.002);

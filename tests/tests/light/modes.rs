@@ -50,8 +50,8 @@ fn brightest(frame: &[f64]) -> f64 {
 }
 
 /// Inside a mirrored ring cones focus again and again. Without a least width a pixel there had a disc of 0.04 mm among those
-/// of 18 mm: hardly ever a deposit on it, and then one that outshines the image. Too rare to be met in a few frames, so
-/// the variance is not sampled but computed: n deposits of equal flux, n of Poisson's law, on a disc of radius r have one in
+/// of 18 mm: hardly ever a photon on it, and then one that outshines the image. Too rare to be met in a few frames, so
+/// the variance is not sampled but computed: n photons of equal flux, n of Poisson's law, on a disc of radius r have one in
 /// proportion to L / r^2.
 #[test]
 fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
@@ -119,7 +119,7 @@ fn histories_lower_flicker_and_fireflies() {
 }
 
 /// Rays that leave a ball of facets from a shared edge or corner, outwards from all facets there, meet nothing; inwards they
-/// meet the other side. In any size and place.
+/// meet the other side. In any size and position.
 #[test]
 fn rays_from_shared_edges_neither_meet_their_faces_nor_leak() {
     let (mut left, mut entered) = (0, 0);
@@ -140,14 +140,14 @@ fn rays_from_shared_edges_neither_meet_their_faces_nor_leak() {
             let along = if u.y < 0.25 { 0.0 } else { u.z };
             let corners = [triangle.a, triangle.b, triangle.c];
             let first = (u.w * 2.999) as usize;
-            let place = corners[first] + (corners[(first + 1) % 3] - corners[first]) * along;
+            let position = corners[first] + (corners[(first + 1) % 3] - corners[first]) * along;
             let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a).normalize();
             let direction = uniform_sphere(v.x, v.y);
             let clearance = offset::clearance(offset::magnitude(triangle.a, triangle.b, triangle.c));
-            let ray = Ray::endless(offset::leave(place, normal, direction, clearance), direction);
+            let ray = Ray::endless(offset::leave(position, normal, direction, clearance), direction);
             let is_miss = tracer.closest(&ray).is_miss();
             // Facets that meet lean by up to 7.5 degrees: a sine of 0.13.
-            let outwards = direction.dot((place.as_dvec3() - centre).normalize().as_vec3());
+            let outwards = direction.dot((position.as_dvec3() - centre).normalize().as_vec3());
             if outwards > 0.2 {
                 assert!(is_miss, "size {size} at {at}: a ray met what it left");
                 left += 1;

@@ -77,7 +77,7 @@ const LARGE_LIGHT: Budget =
 const HALF: Budget = Budget { samples: 2000, frames: 500, ..LARGE_LIGHT };
 /// Where discs lose light at many borders, those of panes among them.
 const MANY_BORDERS: Budget = Budget { frames: 2000, limit: Limit::Extrapolated(0.5), ..LARGE_LIGHT };
-/// For lobes that are sharp and take deposits: few of those shine to the eye, so that radii must not shrink.
+/// For lobes that are sharp and take photons: few of those shine to the eye, so that radii must not shrink.
 const SHARP_LOBES: Budget = Budget { limit: Limit::Basic(0.5), ..LARGE_LIGHT };
 /// Small lights need many besides: their image in a ball is a rare and bright thing for both sides.
 const SMALL_LIGHT: Budget =
@@ -313,7 +313,7 @@ mod release {
     fn dispersive_glass_is_the_reference_at_every_threshold() {
         let scene = dispersive_room();
         agrees_at(&[0.25, 0.4], "dispersive glass", &scene, &LARGE_LIGHT);
-        // The frosted block takes deposits. Of `any`, one of those that shine along its narrow lobes to the eye is 3 % of the
+        // The frosted block takes photons. Of `any`, one of those that shine along its narrow lobes to the eye is 3 % of the
         // mean of its block over 1000 frames, and about one comes in so many: seed by seed such a block is 4 % too dark or as
         // it should be, with dispersion and without.
         agree_at(&[0.1], &CONFIGURATIONS[..2], "dispersive glass", &scene, &LARGE_LIGHT);
@@ -355,7 +355,7 @@ mod release {
     fn glossy_room_is_the_reference() {
         let scene = committed("glossy-room");
         agrees_at(&[0.25, 0.4], "glossy-room", &scene, &SMALL_LIGHT);
-        // The mirror itself takes deposits, of which one in hundreds shines to the eye: large discs, which lose 3 % of the
+        // The mirror itself takes photons, of which one in hundreds shines to the eye: large discs, which lose 3 % of the
         // caustics (an eighth of the light) in blocks on the mirror's border, a quarter of those blocks' noise.
         let large_discs = Budget { limit: Limit::Basic(2.0), ..SMALL_LIGHT };
         agrees_at(&[0.1], "glossy-room", &scene, &large_discs);

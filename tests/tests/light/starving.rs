@@ -14,7 +14,7 @@ use glam::DVec3;
 
 const PATHS: u32 = 20_000;
 
-/// Deposits of ten frames by power and aimed: how many, and their flux (W).
+/// Photons of ten frames by power and aimed: how many, and their flux (W).
 fn both(scene: &Scene) -> [(u32, Mean); 2] {
     let mut world =
         World::new(scene, &Settings { light_paths: PATHS, emission: &AIMED, ..Settings::default() });
@@ -23,9 +23,9 @@ fn both(scene: &Scene) -> [(u32, Mean); 2] {
         let frame = |frame| {
             world.params.frame = frame;
             let power = world.by_power();
-            let deposits = if is_aimed { world.shoot(&Aimed { power }) } else { world.shoot(&power) };
-            count += deposits.len();
-            deposits.flux().map(|(_, flux)| flux).sum::<f64>()
+            let photons = if is_aimed { world.shoot(&Aimed { power }) } else { world.shoot(&power) };
+            count += photons.len();
+            photons.flux().map(|(_, flux)| flux).sum::<f64>()
         };
         let fluxes: Vec<f64> = (0..10).map(frame).collect();
         (count, Mean::from_samples(&fluxes))

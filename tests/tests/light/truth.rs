@@ -2,7 +2,7 @@
 
 use caustics::scene::texture::Role;
 use caustics::settings::Settings;
-use caustics_kernels::interface::point::DepositGeometry;
+use caustics_kernels::interface::point::PhotonGeometry;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::direct::*;
@@ -87,14 +87,14 @@ fn measured(paths: u32) -> [(f64, f64); 4] {
         round: false,
         irradiance: 1.0,
     };
-    let deposits = world.shoot(&beam);
+    let photons = world.shoot(&beam);
     LISTED.map(|(t, z, _, radius)| {
         let (x, y) = reflected(t, z);
-        let inside = |g: &DepositGeometry| {
+        let inside = |g: &PhotonGeometry| {
             let p = g.position.as_dvec3();
             g.scatterings == 1 && (p.x - x).hypot(p.z - y) <= radius
         };
-        let flux: Vec<f64> = deposits.flux().filter(|(g, _)| inside(g)).map(|(_, flux)| flux).collect();
+        let flux: Vec<f64> = photons.flux().filter(|(g, _)| inside(g)).map(|(_, flux)| flux).collect();
         let scale = 1.0 / (PI * radius * radius * f64::from(sin));
         let squares: f64 = flux.iter().map(|flux| flux * flux).sum();
         (flux.iter().sum::<f64>() * scale, squares.sqrt() * scale)

@@ -410,13 +410,13 @@ fn skins_and_morph_targets_bend_by_their_formulas() {
             }
         }
         let share = time / 2.0;
-        let place = DVec3::new(-2.0, 0.5 * share, share);
+        let rest_position = DVec3::new(-2.0, 0.5 * share, share);
         let morphed = |corner: usize, at: &[f32; 3]| {
             let delta = |target: usize| {
                 let weight = (target as f64 + share * TARGETS as f64) / 4.0;
                 weight * DVec3::from(displacement(target, corner).map(f64::from))
             };
-            place + DVec3::from(at.map(f64::from)) + (0..TARGETS).map(delta).sum::<DVec3>()
+            rest_position + DVec3::from(at.map(f64::from)) + (0..TARGETS).map(delta).sum::<DVec3>()
         };
         let corners = soup(3, 40);
         let corners: Vec<_> =
@@ -469,21 +469,21 @@ fn posed_scenes_are_static_scenes_with_the_same_places() {
         let child = file.push("nodes", json!({ "mesh": mesh, "translation": [0.5, 0, 0.25] }));
         let turn = [0.0, 0.6, 0.0, 0.8];
         let spot = json!({ "KHR_lights_punctual": { "light": 1 } });
-        let places = [
+        let translations = [
             (json!({ "camera": 0 }), [0.5, 0.25, 6.0]),
             (json!({ "extensions": spot }), [1.0, 0.5, 5.0]),
             (json!({ "children": [child], "scale": [1.0, 2.0, -1.5] }), [0.25, -0.5, 1.0]),
         ];
-        for (mut node, place) in places {
+        for (mut node, translation) in translations {
             if animated {
                 let node = file.root(node);
-                let ahead = place.map(|x: f32| x + 1.0);
-                let behind = place.map(|x: f32| x - 1.0);
+                let ahead = translation.map(|x: f32| x + 1.0);
+                let behind = translation.map(|x: f32| x - 1.0);
                 file.channel(node, "translation", "LINEAR", &[0.0, 2.0], &[behind, ahead].concat());
                 let other = [0.8, 0.0, 0.6, 0.0];
                 file.channel(node, "rotation", "LINEAR", &[0.0, 1.0, 2.0], &[other, turn, other].concat());
             } else {
-                (node["translation"], node["rotation"]) = (json!(place), json!(turn));
+                (node["translation"], node["rotation"]) = (json!(translation), json!(turn));
                 file.root(node);
             }
         }

@@ -57,8 +57,8 @@ fn direction(camera: &SceneCamera, pixel: u32) -> DVec3 {
     (frame.forward.as_dvec3() + x * frame.right.as_dvec3() + y * frame.up.as_dvec3()).normalize()
 }
 
-/// Where a camera's image shows a place (px).
-fn place(camera: &SceneCamera, at: DVec3) -> DVec2 {
+/// Where a camera's image shows a position (px).
+fn position_px(camera: &SceneCamera, at: DVec3) -> DVec2 {
     let frame = camera.camera(WIDTH, HEIGHT);
     let along = at - frame.position.as_dvec3();
     let of = |axis: Vec3| {
@@ -68,7 +68,7 @@ fn place(camera: &SceneCamera, at: DVec3) -> DVec2 {
     DVec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y) * DVec2::new(f64::from(WIDTH), f64::from(HEIGHT))
 }
 
-/// Distances to the floor and the wall from a place (m).
+/// Distances to the floor and the wall from a position (m).
 fn on_room(from: DVec3, along: DVec3) -> (f32, f64, DVec3) {
     let floor = if along.y < 0.0 { -from.y / along.y } else { f64::INFINITY };
     let wall = if along.z > 0.0 { (WALL - from.z) / along.z } else { f64::INFINITY };
@@ -150,7 +150,7 @@ fn motion_is_the_way_from_the_picture_before_in_mirrors_too() {
     let mut longest = 0.0f64;
     for pixel in 0..WIDTH * HEIGHT {
         let Some(shown) = shown(&after, pixel) else { continue };
-        let expected = place(&after, shown.virtual_image) - place(&before, shown.virtual_image);
+        let expected = position_px(&after, shown.virtual_image) - position_px(&before, shown.virtual_image);
         let motion = found.motion[pixel as usize].as_dvec2();
         assert!((motion - expected).length() < 1e-3, "pixel {pixel}: {motion} instead of {expected}");
         longest = longest.max(expected.length());
@@ -183,7 +183,7 @@ fn what_moves_moves_in_the_picture() {
         }
         let way = if shading.instance == 0 { DVec3::ZERO } else { DVec3::X * 0.6 / 24.0 };
         let now = point.position.as_dvec3();
-        let expected = place(camera, now) - place(camera, now - way);
+        let expected = position_px(camera, now) - position_px(camera, now - way);
         assert!((motion.as_dvec2() - expected).length() < 1e-3, "{motion} instead of {expected}");
         *(if shading.instance == 0 { &mut still } else { &mut moving }) += 1;
     }

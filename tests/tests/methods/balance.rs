@@ -63,8 +63,8 @@ fn measured(scene: &Scene, paths: f64) -> Measured {
         let counters = session.counters().expect("counters");
         let count = |counter| counters.get(counter) as f32;
         cost[0] += f64::from(count(Counter::CameraRays) + count(Counter::ShadowRays));
-        let [rays, deposits, pairs] = [Counter::LightRays, Counter::Deposits, Counter::Gathered].map(count);
-        cost[1] += f64::from(light_cost(rays, deposits, pairs));
+        let [rays, photons, pairs] = [Counter::LightRays, Counter::Photons, Counter::Gathered].map(count);
+        cost[1] += f64::from(light_cost(rays, photons, pairs));
         let image = session.image().expect("an image");
         for (pixel, sums) in pixels.iter_mut().enumerate() {
             for (sums, light) in sums.iter_mut().zip([image.path[pixel], image.caustics[pixel]]) {

@@ -94,18 +94,18 @@ fn shows_the_same(edited: &Scene, written: &Scene) -> u32 {
             (t.a + t.b + t.c) / 3.0
         };
         let is_area = |light: &Light| light.kind == Features::AREA_LIGHTS.0;
-        let place = |light: &Light| if is_area(light) { middle(light) } else { light.position };
-        scene.lights.iter().map(|light| (place(light), *light)).collect()
+        let position = |light: &Light| if is_area(light) { middle(light) } else { light.position };
+        scene.lights.iter().map(|light| (position(light), *light)).collect()
     };
     let (ours, theirs) = (rows(edited), rows(written));
     assert_eq!(ours.len(), theirs.len());
     // Instances come after the world: the order is another.
-    let nearest = |(place, light): &(Vec3, Light)| {
+    let nearest = |(position, light): &(Vec3, Light)| {
         let off = |(at, other): &(Vec3, Light)| {
             let size = (other.area - light.area).abs() / light.area.max(1e-9);
             let probability = (other.pdf_light_choice / light.pdf_light_choice - 1.0).abs();
             let turn = (other.direction - light.direction).length();
-            (*at - *place - shift).length().max(turn).max(size).max(probability)
+            (*at - *position - shift).length().max(turn).max(size).max(probability)
         };
         ours.iter().map(off).fold(f32::MAX, f32::min)
     };
@@ -151,8 +151,8 @@ fn an_edited_scene_is_the_file_whose_nodes_stand_there() {
         let met = shows_the_same(&edited, &written);
         assert!(met > 300, "{name}: {met}");
         for node in edited.node_tree() {
-            let there = written.place_of_node(node.index, 0.0).unwrap();
-            let here = edited.place_of_node(node.index, 0.0).unwrap();
+            let there = written.node_to_world(node.index, 0.0).unwrap();
+            let here = edited.node_to_world(node.index, 0.0).unwrap();
             // The file's numbers are in 32 bits.
             assert!(here.abs_diff_eq(there, 1e-6), "{name}: {node:?}");
         }
@@ -250,10 +250,10 @@ fn a_hit_is_of_the_node_whose_mesh_is_there() {
 fn instances_of_a_node_are_its_own() {
     let file = || {
         let mut file = still();
-        let places = file.accessor("VEC3", 3, &[0.0, 0.0, 1.0, 0.5, 0.0, 1.0, 0.0, 0.5, 1.0]);
-        let places = json!({ "attributes": { "TRANSLATION": places } });
+        let translations = file.accessor("VEC3", 3, &[0.0, 0.0, 1.0, 0.5, 0.0, 1.0, 0.0, 0.5, 1.0]);
+        let instancing = json!({ "attributes": { "TRANSLATION": translations } });
         let mesh = file.mesh(&square(0.1), 2);
-        let node = json!({ "mesh": mesh, "extensions": { "EXT_mesh_gpu_instancing": places } });
+        let node = json!({ "mesh": mesh, "extensions": { "EXT_mesh_gpu_instancing": instancing } });
         file.document["extensionsUsed"] = json!(["KHR_lights_punctual", "EXT_mesh_gpu_instancing"]);
         assert_eq!(file.root(node), 5);
         file
@@ -322,19 +322,19 @@ fn nodes_are_told_as_they_are_at_rest() {
     // What is below a grabbed node moves too.
     assert_eq!((spot.parent, spot.has_light, spot.moves), (Some(ARM), true, true));
     assert_eq!((mirror.has_mesh, mirror.moves, of(1).has_camera), (true, false, true));
-    assert_eq!(scene.place_of_node(SPOT, 0.0).unwrap().translation, DVec3::new(1.0, 0.0, 2.0));
-    assert_eq!(scene.place_of_node(9, 0.0), None);
+    assert_eq!(scene.node_to_world(SPOT, 0.0).unwrap().translation, DVec3::new(1.0, 0.0, 2.0));
+    assert_eq!(scene.node_to_world(9, 0.0), None);
 }
 
 #[test]
 fn a_matrix_keeps_what_is_not_edited() {
     let mut scene = load(still(), &[MIRROR]).unwrap();
     let sheared = DMat3::from_cols(DVec3::X, DVec3::new(0.5, 1.0, 0.0), DVec3::Z * 2.0);
-    let place = |scene: &Scene| scene.place_of_node(MIRROR, 0.0).unwrap();
-    assert_eq!(place(&scene), DAffine3 { matrix3: sheared, translation: DVec3::new(0.0, 0.0, 1.0) });
+    let to_world = |scene: &Scene| scene.node_to_world(MIRROR, 0.0).unwrap();
+    assert_eq!(to_world(&scene), DAffine3 { matrix3: sheared, translation: DVec3::new(0.0, 0.0, 1.0) });
     let there = NodeEdit { node: MIRROR, translation: Some([1.0, 2.0, 3.0]), ..NodeEdit::default() };
     scene.edit(&[there]).unwrap();
-    assert_eq!(place(&scene), DAffine3 { matrix3: sheared, translation: DVec3::new(1.0, 2.0, 3.0) });
+    assert_eq!(to_world(&scene), DAffine3 { matrix3: sheared, translation: DVec3::new(1.0, 2.0, 3.0) });
     // All three parts are those given.
     scene.edit(&[edit(MIRROR, [0.0, 1.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 2.0, 3.0])]).unwrap();
     let given = DAffine3::from_scale_rotation_translation(
@@ -342,7 +342,7 @@ fn a_matrix_keeps_what_is_not_edited() {
         DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0),
         DVec3::Y,
     );
-    assert_eq!(place(&scene), given);
+    assert_eq!(to_world(&scene), given);
 }
 
 #[test]
@@ -371,17 +371,17 @@ fn keys_move_nodes_and_the_camera() {
         [(0.0, 0.0, 0.0, 1.0), (1.5, 22.5_f64, 0.5, 1.5), (2.5, 67.5, 1.0, 2.5), (9.0, 90.0, 1.0, 3.0)]
     {
         scene.pose(time).unwrap();
-        let place = scene.place_of_node(SPOT, time).unwrap();
+        let to_world = scene.node_to_world(SPOT, time).unwrap();
         let expected = DAffine3::from_rotation_translation(
             DQuat::from_rotation_y(angle.to_radians()),
             DVec3::new(2.0, 0.0, 2.0),
         );
-        assert!(place.abs_diff_eq(expected, 1e-12), "at {time} s: {place}");
+        assert!(to_world.abs_diff_eq(expected, 1e-12), "at {time} s: {to_world}");
         // The tables stand there: the spot shines along -z of its node.
         let spot = &scene.lights[0];
         assert!((spot.direction.as_dvec3() - expected.matrix3 * DVec3::NEG_Z).length() < 1e-6);
         assert!((spot.position.as_dvec3() + scene.origin - expected.translation).length() < 1e-6);
-        let instance = scene.instanced.placements()[0].to_world.unwrap();
+        let instance = scene.instanced.instance_transforms()[0].to_world.unwrap();
         assert!((f64::from(instance.offset.x) + scene.origin.x - x).abs() < 1e-6, "at {time} s");
         let seen = scene.camera(Some(Recorded::NAME)).unwrap();
         let (eye, target) = (DVec3::new(at, 0.0, 5.0), DVec3::new(0.0, at, 0.0));
@@ -428,7 +428,7 @@ fn a_joint_that_is_edited_bends_its_mesh() {
 
 #[test]
 fn what_cannot_be_is_refused_and_changes_nothing() {
-    let place = |node, name: Option<&str>, x| NodeEdit {
+    let node_edit = |node, name: Option<&str>, x| NodeEdit {
         node,
         name: name.map(Into::into),
         translation: Some([x, 0.0, 1.0]),
@@ -438,29 +438,29 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     assert!(error.contains("moving.gltf: its scene has no node 7"), "{error}");
 
     let mut scene = load(still(), &[MIRROR]).unwrap();
-    scene.edit(&[place(MIRROR, Some("mirror"), 0.25)]).unwrap();
+    scene.edit(&[node_edit(MIRROR, Some("mirror"), 0.25)]).unwrap();
     scene.pose(0.0).unwrap();
     let tables = |scene: &Scene| {
         (scene.instances.clone(), scene.nodes.clone(), scene.lights.clone(), scene.cameras.clone())
     };
-    let (before, stands) = (tables(&scene), scene.place_of_node(MIRROR, 0.0));
+    let (before, stands) = (tables(&scene), scene.node_to_world(MIRROR, 0.0));
     for (edit, words) in [
-        (place(MIRROR, Some("spot"), 0.0), "node 4 is called \"mirror\", but the edits are of \"spot\""),
-        (place(1, Some("eye"), 0.0), "node 1 has no name"),
-        (place(0, None, 0.0), "stands still"),
-        (place(7, None, 0.0), "has no node 7"),
-        (place(MIRROR, None, f64::NAN), "not finite"),
+        (node_edit(MIRROR, Some("spot"), 0.0), "node 4 is called \"mirror\", but the edits are of \"spot\""),
+        (node_edit(1, Some("eye"), 0.0), "node 1 has no name"),
+        (node_edit(0, None, 0.0), "stands still"),
+        (node_edit(7, None, 0.0), "has no node 7"),
+        (node_edit(MIRROR, None, f64::NAN), "not finite"),
     ] {
         let error = scene.edit(&[edit]).unwrap_err().to_string();
         assert!(error.contains(words), "{error}");
-        assert_eq!(scene.place_of_node(MIRROR, 0.0), stands);
+        assert_eq!(scene.node_to_world(MIRROR, 0.0), stands);
     }
     // What can be said and not shown is found by the pose.
-    scene.edit(&[place(MIRROR, None, 1e10)]).unwrap();
+    scene.edit(&[node_edit(MIRROR, None, 1e10)]).unwrap();
     let error = scene.pose(0.0).unwrap_err().to_string();
     assert!(error.contains("as it is edited, cannot be shown: at 0 s its mesh reaches beyond"), "{error}");
     assert_eq!(tables(&scene), before);
-    scene.edit(&[place(MIRROR, None, 0.25)]).unwrap();
+    scene.edit(&[node_edit(MIRROR, None, 0.25)]).unwrap();
     scene.pose(0.0).unwrap();
     let rows =
         |scene: &Scene| scene.instances.iter().map(|row| (row.to_world, row.to_object)).collect::<Vec<_>>();

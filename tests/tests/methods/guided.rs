@@ -118,7 +118,7 @@ fn guided_paths_bring_the_same_light_with_less_noise_from_the_first_frame_on() {
     assert!(first.1 < power.1 / 6.0 && fifth.1 < power.1 / 8.0);
 }
 
-/// Light is no place's own: neither threads nor the gather that scores change a bit of what is learnt.
+/// Light is no position's own: neither threads nor the gather that scores change a bit of what is learnt.
 #[test]
 fn threads_and_gathers_change_no_bit() {
     let scene = committed("ring");
@@ -185,7 +185,7 @@ fn what_is_known_fades_where_something_moves() {
 /// A caster that was elsewhere in the frame before: its pilot finds it. No frame is worse than emission by power.
 #[test]
 fn a_caster_that_jumps_is_found_again() {
-    let place = |x: f64| {
+    let scene_at = |x: f64| {
         let mut b = Builder::default();
         let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
         b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
@@ -194,8 +194,8 @@ fn a_caster_that_jumps_is_found_again() {
         b.camera(DVec3::new(0.0, 2.0, 3.0), DVec3::ZERO, 0.9);
         b.build()
     };
-    // The state of a session at one place, taken over by one at the other.
-    let (here, there) = (place(-1.0), place(1.0));
+    // The state of a session at one position, taken over by one at the other.
+    let (here, there) = (scene_at(-1.0), scene_at(1.0));
     let truth = Truth::for_scene(&there);
     // Variances of the frames behind the jump.
     let of = |emission: &'static Emission, still: u32, frames: u32| {
@@ -225,7 +225,7 @@ fn a_caster_that_jumps_is_found_again() {
     }
 }
 
-/// A method that splats its deposits learns too: in `ring` nearly a hundredth of the lamp's light meets the ring.
+/// A method that splats its photons learns too: in `ring` nearly a hundredth of the lamp's light meets the ring.
 #[test]
 fn splats_are_scored_too() {
     let scene = committed("ring");

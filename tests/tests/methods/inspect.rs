@@ -43,12 +43,12 @@ fn scatterings(vertices: &[Vertex]) -> Vec<&Vertex> {
     vertices.iter().filter(|vertex| vertex.event.is_vertex()).collect()
 }
 
-/// Pixels with most deposits, with a few, with none, and some that are seen by a specular surface.
-fn pixels(deposits: &[f32], depth: &[f32]) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..deposits.len() as u32).collect();
-    order.sort_by_key(|&pixel| (-deposits[pixel as usize] as i64, pixel));
-    let any = deposits.iter().filter(|deposits| **deposits > 0.0).count();
-    assert!(any > 20, "{any} pixels with deposits");
+/// Pixels with most photons, with a few, with none, and some that are seen by a specular surface.
+fn pixels(photons: &[f32], depth: &[f32]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..photons.len() as u32).collect();
+    order.sort_by_key(|&pixel| (-photons[pixel as usize] as i64, pixel));
+    let any = photons.iter().filter(|photons| **photons > 0.0).count();
+    assert!(any > 20, "{any} pixels with photons");
     let specular: Vec<u32> =
         order.iter().copied().filter(|&pixel| depth[pixel as usize] > 1.0).take(2).collect();
     assert!(!specular.is_empty(), "no point is seen by a specular surface");
@@ -62,13 +62,10 @@ fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
     let geometry: Vec<PointGeometry> = session.read("point_geometry").expect("points");
     let point = geometry[pixel as usize];
     let found = session.inspect(scene, pixel % WIDTH, pixel / WIDTH, 6).expect("a pixel");
-    let deposits = found.deposits.as_ref().expect("deposits");
-    assert_eq!(
-        (deposits.count, deposits.gathered),
-        (deposits.gathered, image.deposits[pixel as usize] as u32)
-    );
-    assert_eq!(deposits.skipped, 0);
-    assert_eq!(deposits.radiance, image.caustics[pixel as usize].to_array());
+    let photons = found.deposits.as_ref().expect("photons");
+    assert_eq!((photons.count, photons.gathered), (photons.gathered, image.photons[pixel as usize] as u32));
+    assert_eq!(photons.skipped, 0);
+    assert_eq!(photons.radiance, image.caustics[pixel as usize].to_array());
     assert_eq!(found.point.is_some(), point.exists());
 
     // The prefix ends at the point.
@@ -85,21 +82,21 @@ fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
         assert!(!last.specular && met[..met.len() - 1].iter().all(|vertex| vertex.specular));
     }
 
-    // Each light path ends at its deposit, on the disc.
-    assert_eq!(found.light_paths.len(), deposits.some.len());
-    let (some, expected) = (deposits.some.len(), (deposits.count as usize).min(6));
+    // Each light path ends at its photon, on the disc.
+    assert_eq!(found.light_paths.len(), photons.some.len());
+    let (some, expected) = (photons.some.len(), (photons.count as usize).min(6));
     assert!(
-        some <= expected && some >= expected.min(1) && (some == expected || deposits.count > 6),
+        some <= expected && some >= expected.min(1) && (some == expected || photons.count > 6),
         "{some} of {expected}"
     );
-    for (path, deposit) in found.light_paths.iter().zip(&deposits.some) {
+    for (path, photon) in found.light_paths.iter().zip(&photons.some) {
         let met = scatterings(&path.vertices);
         let last = met.last().expect("a vertex");
-        assert_eq!((last.event, last.position, path.path), (Event::Deposit, deposit.position, deposit.path));
-        assert_eq!(met.len() as u32, deposit.scatterings + 1);
+        assert_eq!((last.event, last.position, path.path), (Event::Deposit, photon.position, photon.path));
+        assert_eq!(met.len() as u32, photon.scatterings + 1);
         assert!(met[..met.len() - 1].iter().any(|vertex| vertex.specular));
         assert!(path.light.is_some(), "{path:?}");
-        let away = DVec3::from_array(deposit.position) - (point.position.as_dvec3() + scene.origin);
+        let away = DVec3::from_array(photon.position) - (point.position.as_dvec3() + scene.origin);
         assert!(away.length() <= f64::from(point.radius) * 1.001);
     }
     assert_straight(&found);
@@ -115,17 +112,19 @@ fn assert_straight(found: &Inspection) {
         .iter()
         .map(|LightPath { start, direction, vertices, .. }| (start, direction, vertices));
     for (start, direction, vertices) in of_lights.chain([(eye, direction, vertices)]) {
-        let place = |position: &[f64; 3]| DVec3::from_array(*position);
+        let position = |position: &[f64; 3]| DVec3::from_array(*position);
         let Some(first) = vertices.first() else { continue };
-        let along = (place(&first.position) - place(start)).normalize();
+        let along = (position(&first.position) - position(start)).normalize();
         assert!(
             along.dot(Vec3::from_array(*direction).as_dvec3()) > 0.999,
             "{start:?} {direction:?} {first:?}"
         );
         for three in vertices.windows(3) {
             let [a, b, c] = three else { unreachable!() };
-            let (to, from) =
-                (place(&b.position) - place(&a.position), place(&c.position) - place(&b.position));
+            let (to, from) = (
+                position(&b.position) - position(&a.position),
+                position(&c.position) - position(&b.position),
+            );
             // Short segments are mostly rounding and the step off a face.
             if to.length() < 0.01 || from.length() < 0.01 {
                 continue;
@@ -157,7 +156,7 @@ fn deposits_are_those_of_the_picture_for_every_emission_and_share_of_light() {
                     for frame in 0..2 {
                         session.frame(frame).expect("a frame");
                         let image = session.image().expect("an image");
-                        for pixel in pixels(&image.deposits, &image.depth) {
+                        for pixel in pixels(&image.photons, &image.depth) {
                             let found = holds(&mut session, &scene, pixel);
                             let is_first = |path: &LightPath| scatterings(&path.vertices)[0].specular;
                             assert!(caustics == Caustics::Any || found.light_paths.iter().all(is_first));
@@ -219,7 +218,7 @@ fn paths_are_told_in_every_kind_of_scene() {
         let image = session.image().expect("an image");
         let (mut events, mut of_one_channel) = (Vec::new(), false);
         let middle = (HEIGHT / 2) * WIDTH + WIDTH / 2;
-        for pixel in pixels(&image.deposits, &image.depth).into_iter().chain([middle]) {
+        for pixel in pixels(&image.photons, &image.depth).into_iter().chain([middle]) {
             let found = holds(&mut session, &scene, pixel);
             let paths =
                 found.light_paths.iter().map(|path| &path.vertices).chain([&found.camera_path.vertices]);
@@ -289,11 +288,11 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
     }
     // What is chosen of few is all.
     let all = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, usize::MAX).expect("a pixel");
-    let deposits = all.deposits.expect("deposits");
-    let sum: Vec3 = deposits.some.iter().map(|deposit| Vec3::from_array(deposit.radiance)).sum();
-    let whole = Vec3::from_array(deposits.radiance);
+    let photons = all.deposits.expect("photons");
+    let sum: Vec3 = photons.some.iter().map(|photon| Vec3::from_array(photon.radiance)).sum();
+    let whole = Vec3::from_array(photons.radiance);
     assert!((sum - whole).abs().max_element() <= 1e-4 * whole.max_element(), "{sum} {whole}");
-    assert_eq!(deposits.some.len(), deposits.count as usize);
+    assert_eq!(photons.some.len(), photons.count as usize);
 }
 
 #[test]
@@ -304,8 +303,8 @@ fn without_its_maps_a_pilot_is_left_out_and_said_to_be() {
     for (frame, skipped) in [(0, 12_000 / 8), (1, 0)] {
         session.frame(frame).expect("a frame");
         let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 0).expect("a pixel");
-        let deposits = found.deposits.expect("deposits");
-        assert_eq!((deposits.skipped, deposits.light_paths), (skipped, 12_000 - skipped));
+        let photons = found.deposits.expect("photons");
+        assert_eq!((photons.skipped, photons.light_paths), (skipped, 12_000 - skipped));
     }
 }
 
@@ -326,7 +325,7 @@ fn keeping_what_paths_start_by_changes_no_picture() {
 #[test]
 fn methods_without_points_tell_a_path_and_those_with_other_kernels_no_deposits() {
     let scene = committed("mirror-room");
-    for (method, has_point, has_deposits) in
+    for (method, has_point, has_photons) in
         [(&method::PATH, false, false), (&method::KIM2019, true, false), (&method::YANG2021, true, false)]
     {
         let mut session = open(&scene, settings(&POWER, Caustics::First), method);
@@ -335,7 +334,7 @@ fn methods_without_points_tell_a_path_and_those_with_other_kernels_no_deposits()
         assert!(!found.camera_path.vertices.is_empty());
         assert_eq!(
             (found.point.is_some(), found.deposits.is_some()),
-            (has_point, has_deposits),
+            (has_point, has_photons),
             "{}",
             method.name
         );
@@ -352,9 +351,9 @@ fn a_history_lends_light_but_no_deposits() {
         session.frame(frame).expect("a frame");
     }
     let image = session.image().expect("an image");
-    for pixel in pixels(&image.deposits, &image.depth) {
+    for pixel in pixels(&image.photons, &image.depth) {
         let found = session.inspect(&scene, pixel % WIDTH, pixel / WIDTH, 1).expect("a pixel");
-        assert_eq!(found.deposits.expect("deposits").count, image.deposits[pixel as usize] as u32);
+        assert_eq!(found.deposits.expect("photons").count, image.photons[pixel as usize] as u32);
     }
 }
 
@@ -376,7 +375,7 @@ fn there_is_nothing_to_look_into_before_a_frame_and_where_the_scene_is_another()
     assert!(no_frame(&mut session, &scene));
     session.frame(1).expect("a frame");
     let image = session.image().expect("an image");
-    for pixel in pixels(&image.deposits, &image.depth) {
+    for pixel in pixels(&image.photons, &image.depth) {
         holds(&mut session, &scene, pixel);
     }
 }
@@ -388,6 +387,6 @@ fn a_dark_scene_has_paths_of_the_camera_alone() {
     let mut session = open(&scene, settings(&POWER, Caustics::First), &method::BASIC);
     session.frame(0).expect("a frame");
     let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 4).expect("a pixel");
-    let deposits = found.deposits.expect("deposits");
-    assert_eq!((deposits.count, deposits.light_paths, deposits.skipped), (0, 0, 0));
+    let photons = found.deposits.expect("photons");
+    assert_eq!((photons.count, photons.light_paths, photons.skipped), (0, 0, 0));
 }

@@ -62,7 +62,7 @@ fn kim_conserves_the_energy_of_a_caustic_seen_directly() {
     };
     let (kim, facing) = (ratio(&KIM2019), ratio(&KIM2019_FACING));
     println!("energy {:.4} +- {:.4}; with Kim's own area {:.4}", kim.0, kim.1, facing.0);
-    // Kim's pixels and discs weigh single bright deposits differently.
+    // Kim's pixels and discs weigh single bright photons differently.
     assert!(3.0 * kim.1 < 0.02 && (kim.0 - 1.0).abs() < 0.02, "{} +- {}", kim.0, kim.1);
     // The camera looks down at a slant: a pixel that faces it is smaller than its footprint.
     assert!(facing.0 > 1.05, "the areas differ: {}", facing.0);

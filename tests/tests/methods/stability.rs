@@ -128,7 +128,7 @@ fn is_never_worse(names: &[&str]) {
     }
 }
 
-/// Light that is late is lost where its old place is hidden, as by the ring that moves: the history must not be late.
+/// Light that is late is lost where its old position is hidden, as by the ring that moves: the history must not be late.
 #[test]
 fn a_moving_metal_ring_keeps_the_energy_of_its_caustics() {
     let settings = settings(128, 72, 2 * 128 * 72);

@@ -1,4 +1,4 @@
-//! Discs that are wider where deposits were few: how wide, and what it buys.
+//! Discs that are wider where photons were few: how wide, and what it buys.
 
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
@@ -135,12 +135,12 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
     let few = 1 << 12;
     let [narrow, wide, auto] =
         [(false, 1.0), (false, WIDEST), (true, 1.0)].map(|(widens, px)| of(widens, px, few, 32));
-    println!("error and light: narrow {narrow:.4?}, wide {wide:.4?}, by deposits {auto:.4?}");
+    println!("error and light: narrow {narrow:.4?}, wide {wide:.4?}, by photons {auto:.4?}");
     assert!(auto.0 < 0.95 * narrow.0.min(wide.0));
     // Wide discs take light beside narrow ones, which give none back: less and less, the more paths there are.
     let many = 1 << 17;
     let [narrow_many, auto_many] = [false, true].map(|widens| of(widens, 1.0, many, 2));
-    println!("of many paths: narrow {narrow_many:.4?}, by deposits {auto_many:.4?}");
+    println!("of many paths: narrow {narrow_many:.4?}, by photons {auto_many:.4?}");
     assert!((auto.1 - narrow.1).abs() < 0.05 && (auto_many.1 - narrow_many.1).abs() < 0.01);
     let by = |gather| image(&mut open(&scene, &settings(1 << 12, 1), gather), 2).caustics;
     let one = by(&PHOTONS_GRID);

@@ -152,15 +152,15 @@ fn a_perfect_mirror_shows_no_caustic() {
     assert_eq!(mirrored(&YANG2021), (pixels, 0.0));
 }
 
-/// Deposits per light path grow as the map adapts, by more than ten times where a hundredth of the lamp's light meets the
+/// Photons per light path grow as the map adapts, by more than ten times where a hundredth of the lamp's light meets the
 /// ring. That the mean stays is what the tests of energy say of both maps.
 #[test]
 fn light_paths_learn_where_the_casters_are() {
     let frames = render(&committed("ring"), &settings(240, 135, 65_536, 3), &YANG2021, 8);
-    let deposits: Vec<u64> = frames.iter().map(|(_, counters)| counters.get(Counter::Deposits)).collect();
-    println!("deposits a frame: {deposits:?}");
-    assert!(deposits[0] > 100, "the test has lost its subject");
-    assert!(deposits[7] > 10 * deposits[0], "{deposits:?}");
+    let photons: Vec<u64> = frames.iter().map(|(_, counters)| counters.get(Counter::Photons)).collect();
+    println!("photons a frame: {photons:?}");
+    assert!(photons[0] > 100, "the test has lost its subject");
+    assert!(photons[7] > 10 * photons[0], "{photons:?}");
 }
 
 #[test]
@@ -263,7 +263,7 @@ fn a_plane_of_glass_moves_the_source_away() {
 fn the_area_vanishes_in_a_parabolas_focus() {
     let focal = 0.7_f32;
     for x in [0.0_f32, 0.4, 1.1] {
-        let place = Vec3::new(x, x * x / (4.0 * focal), 0.0);
+        let position = Vec3::new(x, x * x / (4.0 * focal), 0.0);
         let steep = Vec3::new(-x / (2.0 * focal), 1.0, 0.0);
         let normal = steep.normalize();
         let arriving = Differential::at_light(Vec3::NEG_Y, 0.0, 1.0e-4).transfer(Vec3::NEG_Y, 1.0, normal);
@@ -275,7 +275,7 @@ fn the_area_vanishes_in_a_parabolas_focus() {
         let normals = Normals { normal, by_u: turn(arriving.position_u), by_v: turn(arriving.position_v) };
         let direction = Vec3::NEG_Y - normal * (2.0 * normal.dot(Vec3::NEG_Y));
         let reflected = arriving.reflect(Vec3::NEG_Y, normals);
-        let distance = (Vec3::Y * focal - place).length();
+        let distance = (Vec3::Y * focal - position).length();
         let area = |distance| reflected.transfer(direction, distance, -direction).area();
         // Rounding leaves the square of a few ulp of the vectors.
         assert!(area(distance) < 1.0e-4 * 1.0e-9, "{x}: {}", area(distance));

@@ -82,14 +82,14 @@ pub fn text(report: &Report) -> String {
 }
 
 fn line(record: &EntryPointRecord, entry_width: usize) -> String {
-    let place = format!("{:<13} {:<entry_width$}", record.job.module, record.job.entry);
+    let label = format!("{:<13} {:<entry_width$}", record.job.module, record.job.entry);
     if record.error.is_some() {
-        return format!("{place} failed");
+        return format!("{label} failed");
     }
     let figures = &record.figures;
     let number = |figure: Option<u64>| figure.map_or("-".into(), |figure| figure.to_string());
     format!(
-        "{place} {:>9}  {:>7}  {:>9}  {:>5}  {:>6}",
+        "{label} {:>9}  {:>7}  {:>9}  {:>5}  {:>6}",
         number(figures.registers),
         number(figures.spilled),
         number(figures.scratch_bytes),

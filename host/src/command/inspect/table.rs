@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use caustics::inspect::{CameraPath, Deposits, Inspection, LightPath, Point, Vertex};
+use caustics::inspect::{CameraPath, Inspection, LightPath, Photons, Point, Vertex};
 use caustics::text::cut;
 
 /// Characters of a name at most.
@@ -12,7 +12,7 @@ const NAME: usize = 24;
 pub fn table(inspection: &Inspection) -> String {
     let Inspection { pixel: [x, y], frame, camera_path, point, deposits, light_paths } = inspection;
     let CameraPath { eye, vertices, leaves, .. } = camera_path;
-    let mut text = format!("pixel {x},{y} of frame {frame}\n\ncamera path from {}\n", place(eye));
+    let mut text = format!("pixel {x},{y} of frame {frame}\n\ncamera path from {}\n", position(eye));
     rows(&mut text, vertices, "throughput");
     if let Some(direction) = leaves {
         line(&mut text, format_args!("  leaves the scene towards {}", triple(direction)));
@@ -29,16 +29,16 @@ pub fn table(inspection: &Inspection) -> String {
     }
     if let Some(deposits) = deposits {
         told(&mut text, deposits);
-        for (path, deposit) in light_paths.iter().zip(&deposits.some) {
+        for (path, photon) in light_paths.iter().zip(&deposits.some) {
             let LightPath { path, light, start, flux, vertices, .. } = path;
             let light =
                 light.map_or("a light".into(), |light| format!("light {} ({})", light.row, light.kind));
             line(
                 &mut text,
-                format_args!("\nlight path {path} from {light} at {}, {} W", place(start), triple(flux)),
+                format_args!("\nlight path {path} from {light} at {}, {} W", position(start), triple(flux)),
             );
             rows(&mut text, vertices, "flux (W)");
-            line(&mut text, format_args!("  gives the pixel {} W/(m^2 sr)", triple(&deposit.radiance)));
+            line(&mut text, format_args!("  gives the pixel {} W/(m^2 sr)", triple(&photon.radiance)));
         }
     }
     text.truncate(text.trim_end().len());
@@ -46,8 +46,8 @@ pub fn table(inspection: &Inspection) -> String {
 }
 
 /// What is to be said of all deposits.
-fn told(text: &mut String, deposits: &Deposits) {
-    let Deposits { gathered, count, light_paths, skipped, flux, radiance, .. } = deposits;
+fn told(text: &mut String, deposits: &Photons) {
+    let Photons { gathered, count, light_paths, skipped, flux, radiance, .. } = deposits;
     line(
         text,
         format_args!(
@@ -78,18 +78,18 @@ fn rows(text: &mut String, vertices: &[Vertex], carries: &str) {
                 format!("{}", index + 1),
                 if vertex.lobes.is_empty() { name } else { format!("{name}: {}", vertex.lobes.join("/")) },
                 cut(&vertex.material, NAME).replace('\n', "\\n"),
-                place(&vertex.position),
+                position(&vertex.position),
                 format!("{carries} {}", triple(&vertex.carries)),
             ]
         })
         .collect();
     let width = |column: usize| cells.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    for [number, event, material, place, carries] in &cells {
+    for [number, event, material, position, carries] in &cells {
         let widths = (width(0), width(1), width(2), width(3));
         line(
             text,
             format_args!(
-                "  {number:>0$}  {event:1$}  {material:2$}  {place:3$}  {carries}",
+                "  {number:>0$}  {event:1$}  {material:2$}  {position:3$}  {carries}",
                 widths.0, widths.1, widths.2, widths.3
             ),
         );
@@ -100,7 +100,7 @@ fn line(text: &mut String, line: std::fmt::Arguments<'_>) {
     writeln!(text, "{line}").expect("a String takes all");
 }
 
-fn place(position: &[f64; 3]) -> String {
+fn position(position: &[f64; 3]) -> String {
     let [x, y, z] = position;
     format!("({x:.4}, {y:.4}, {z:.4})")
 }

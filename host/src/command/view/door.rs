@@ -1,4 +1,4 @@
-//! Connections: how many there are, and for how long one keeps its place.
+//! Connections: how many there are, and for how long one keeps its slot.
 //!
 //! A connection that has not shown the token is a stranger. Strangers keep no page out: beyond their number the oldest is closed. One
 //! that sends no whole head of a request in time is closed, and so is one whose request is refused.
@@ -98,7 +98,7 @@ pub struct Badge {
     leave: Arc<Notify>,
 }
 
-/// A connection's place, free again when this is dropped.
+/// A connection's slot, free again when this is dropped.
 #[derive(Debug)]
 struct Visit {
     badge: Badge,
@@ -144,9 +144,9 @@ impl Badge {
         if state.guests.contains(&self.number) {
             return true;
         }
-        let place = state.strangers.iter().position(|(number, _)| *number == self.number);
-        let Some(place) = place.filter(|_| state.guests.len() < MAX_GUESTS) else { return false };
-        state.strangers.remove(place);
+        let index = state.strangers.iter().position(|(number, _)| *number == self.number);
+        let Some(index) = index.filter(|_| state.guests.len() < MAX_GUESTS) else { return false };
+        state.strangers.remove(index);
         state.guests.insert(self.number)
     }
 }
@@ -173,7 +173,7 @@ mod tests {
         let door = Arc::new(Door::default());
         let mut visits: Vec<Visit> = (0..MAX_STRANGERS).map(|_| door.enter()).collect();
         assert!(visits[0].badge.show_token() && visits[0].badge.show_token());
-        // The guest's place among the strangers is free.
+        // The guest's slot among the strangers is free.
         visits.push(door.enter());
         assert!(!visits.iter().any(has_to_leave));
         visits.push(door.enter());

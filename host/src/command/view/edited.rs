@@ -91,15 +91,15 @@ impl Edited {
         let edit = self.nodes.get(&node).cloned().unwrap_or_default();
         let parent = of_file
             .parent
-            .map_or(Some(DAffine3::IDENTITY), |parent| self.scene.place_of_node(parent, time))?;
-        let place = self.scene.place_of_node(node, time)?;
+            .map_or(Some(DAffine3::IDENTITY), |parent| self.scene.node_to_world(parent, time))?;
+        let to_world = self.scene.node_to_world(node, time)?;
         Some(Told {
             index: node,
             name: label(of_file),
             translation: edit.translation.unwrap_or(of_file.translation.to_array()),
             rotation: edit.rotation.unwrap_or(of_file.rotation.to_array()),
             scale: edit.scale.unwrap_or(of_file.scale.to_array()),
-            place: place.translation.to_array(),
+            place: to_world.translation.to_array(),
             to_parent: parent.matrix3.inverse().to_cols_array_2d(),
         })
     }

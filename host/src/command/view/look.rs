@@ -18,7 +18,7 @@ pub enum Layer {
     Path,
     /// Radiance of the caustics.
     Caustics,
-    /// Deposits that each collection point took.
+    /// Photons that each collection point took.
     Deposits,
     /// Radius of the collection points.
     Radius,
@@ -108,7 +108,7 @@ impl Look {
             Layer::Beauty => light(&mut raster, &image.beauty()),
             Layer::Path => light(&mut raster, &image.path),
             Layer::Caustics => light(&mut raster, &or_black(&image.caustics, image)),
-            Layer::Deposits => raster.set(&image.deposits),
+            Layer::Deposits => raster.set(&image.photons),
             Layer::Radius => raster.set(&image.radius),
             Layer::Depth => raster.set(&image.depth),
             Layer::Variance => raster.set(&relative_errors(shown)),
@@ -185,9 +185,8 @@ mod tests {
     use super::*;
 
     fn shown(path: Vec<Vec3>) -> Shown {
-        let deposits = (0..path.len()).map(|pixel| pixel as f32).collect();
-        let image =
-            RenderedImage { width: path.len(), height: 1, path, deposits, ..RenderedImage::default() };
+        let photons = (0..path.len()).map(|pixel| pixel as f32).collect();
+        let image = RenderedImage { width: path.len(), height: 1, path, photons, ..RenderedImage::default() };
         Shown { image, variance: Vec::new(), suits: 0.0 }
     }
 

@@ -23,10 +23,15 @@ pub struct Picked {
     pub node: Option<usize>,
 }
 
-/// What a camera's ray meets first, in an image of this size (px), at a place by shares of its width and height from the upper left.
-pub fn picked(scene: &Scene, camera: &SceneCamera, size: [u32; 2], place: [f64; 2]) -> Option<Picked> {
+/// What a camera's ray meets first, in an image of this size (px), at a position by shares of its width and height from the upper left.
+pub fn picked(
+    scene: &Scene,
+    camera: &SceneCamera,
+    size: [u32; 2],
+    image_position: [f64; 2],
+) -> Option<Picked> {
     let eye = camera.camera(size[0], size[1]);
-    let [x, y] = place.map(|share| (2.0 * share - 1.0) as f32);
+    let [x, y] = image_position.map(|share| (2.0 * share - 1.0) as f32);
     let direction = (eye.forward + eye.right * x - eye.up * y).try_normalize()?;
     let ray = Ray::endless(camera.position, direction);
     let features = scene.features(0.0) | Features::INSTANCES | Features::CUT_OUTS;

@@ -6,7 +6,7 @@ use caustics::scene::{CameraEdit, Key, NodeEdit};
 
 use super::wish::NodeEdits;
 
-/// Places, rotations, scales and cameras of a recording, about: ten minutes of a node that is dragged before a camera that moves, at
+/// Translations, rotations, scales and cameras of a recording, about: ten minutes of a node that is dragged before a camera that moves, at
 /// 60 frames a second. They take at most 40 MB of memory and 20 MB in a file.
 const MAX_VALUES: usize = 100_000;
 
@@ -144,13 +144,13 @@ fn push(keys: &mut Vec<Key>, mut key: Key) {
     last.camera = key.camera.or(last.camera);
     for edit in key.nodes {
         match last.nodes.binary_search_by_key(&edit.node, |known| known.node) {
-            Ok(place) => {
-                let known = &mut last.nodes[place];
+            Ok(index) => {
+                let known = &mut last.nodes[index];
                 known.translation = edit.translation.or(known.translation);
                 known.rotation = edit.rotation.or(known.rotation);
                 known.scale = edit.scale.or(known.scale);
             }
-            Err(place) => last.nodes.insert(place, edit),
+            Err(index) => last.nodes.insert(index, edit),
         }
     }
 }

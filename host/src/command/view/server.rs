@@ -110,7 +110,7 @@ async fn recording(State(site): State<Arc<Site>>) -> Response {
 async fn file(site: &Site, asked: Asked, kind: &'static str) -> Response {
     let failed = |error: String| (StatusCode::SERVICE_UNAVAILABLE, error).into_response();
     // Held until all is sent: readers that are slow keep few files in memory.
-    let Ok(place) = Arc::clone(&site.files).acquire_owned().await else {
+    let Ok(permit) = Arc::clone(&site.files).acquire_owned().await else {
         return failed("the program ends".into());
     };
     let content = match site.shared.ask(asked) {
@@ -123,7 +123,7 @@ async fn file(site: &Site, asked: Asked, kind: &'static str) -> Response {
         Err(error) => return failed(error),
     };
     let body = stream::iter(std::iter::from_fn(move || {
-        let _held = &place;
+        let _held = &permit;
         pieces.next()
     }));
     ([(header::CONTENT_TYPE, kind)], Body::from_stream(body)).into_response()

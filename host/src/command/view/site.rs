@@ -21,8 +21,8 @@ pub struct Site {
     pub run: String,
     /// Who is at the wheel.
     pub wheel: Wheel,
-    /// Places for files on their way to a page.
+    /// Slots for files on their way to a page.
     pub files: Arc<Semaphore>,
-    /// Places for images that are packed for a page.
+    /// Slots for images that are packed for a page.
     pub packers: Arc<Semaphore>,
 }

@@ -7,7 +7,7 @@ use caustics::experiment::axis::{Axis, HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
 use caustics::experiment::limits::{check_rays, check_size};
 use caustics::exposure::Exposure;
-use caustics::scene::{CameraChoice, Edits, NodeEdit, Place};
+use caustics::scene::{CameraChoice, Edits, NodeEdit, Position};
 use caustics::text::cut;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -107,9 +107,9 @@ pub enum Message {
     Record { on: bool },
     /// Whether nothing is rendered.
     Pause { paused: bool },
-    /// What is met first in a pixel; places are shares of width and height.
+    /// What is met first in a pixel; positions are shares of width and height.
     Pick { x: f64, y: f64 },
-    /// What light transport did in a pixel; places are shares of width and height.
+    /// What light transport did in a pixel; positions are shares of width and height.
     Inspect { x: f64, y: f64 },
     /// What is known of a node of the file.
     Node { node: usize },
@@ -140,7 +140,7 @@ impl Wish {
     pub fn take(&mut self, message: &Message) -> Result<bool, String> {
         match message {
             Message::Look { from, look_at, fov, at } => {
-                let [from, look_at] = [from, look_at].map(|place| Place(DVec3::from_array(*place)));
+                let [from, look_at] = [from, look_at].map(|position| Position(DVec3::from_array(*position)));
                 if !from.0.is_finite() || !look_at.0.is_finite() {
                     return Err("a camera must be somewhere".into());
                 }

@@ -89,8 +89,8 @@ impl Expanded {
                             let part: &mut Part = &mut all.parts[*part.get()];
                             part.cells.extend(cells.iter().cloned());
                         }
-                        Entry::Vacant(place) => {
-                            place.insert(all.parts.len());
+                        Entry::Vacant(vacant) => {
+                            vacant.insert(all.parts.len());
                             let cells = cells.clone();
                             let part =
                                 Part::new(config, argument, matrix, timed_size, cells, environment.as_ref())?;

@@ -10,7 +10,7 @@ use crate::exact::Exact;
 use crate::experiment::axis::{self, Axis, METHOD, PATHS_PER_PIXEL, spelled};
 use crate::experiment::matrix::Matrix;
 use crate::experiment::result::RENAMED;
-use crate::scene::{CameraChoice, Place};
+use crate::scene::{CameraChoice, Position};
 
 /// A table of lists.
 #[derive(Clone, Debug, Default)]
@@ -58,8 +58,8 @@ impl<'de> Deserialize<'de> for MatrixTable {
     }
 }
 
-fn place(Exact(metres): Exact<f64, 3>) -> Place {
-    Place(metres.into())
+fn position(Exact(metres): Exact<f64, 3>) -> Position {
+    Position(metres.into())
 }
 
 struct TableVisitor;
@@ -78,8 +78,8 @@ impl<'de> Visitor<'de> for TableVisitor {
             match key.0 {
                 "scene" => table.scene = map.next_value::<NonEmpty<String>>()?.0,
                 "camera" => camera = Some(map.next_value()?),
-                "from" => from = Some(place(map.next_value()?)),
-                "look_at" => look_at = Some(place(map.next_value()?)),
+                "from" => from = Some(position(map.next_value()?)),
+                "look_at" => look_at = Some(position(map.next_value()?)),
                 "fov" => fov = Some(map.next_value()?),
                 "size" => {
                     let sizes: Vec<Exact<Side, 2>> = map.next_value()?;

@@ -41,13 +41,13 @@ struct Entry {
     own_split: u8,
 }
 
-/// The plan of every binary node, by places: level after level, from the root at place 0 down.
+/// The plan of every binary node, by index: level after level, from the root at index 0 down.
 pub struct Plan<'a> {
     binary: &'a Bvh2,
     groups: &'a Groups,
-    /// Index of the binary node of each place.
+    /// Binary node at each index.
     nodes: Vec<u32>,
-    /// Place of the left child, which the right one follows; 0 where there is none.
+    /// Index of the left child, which the right one follows; 0 where there is none.
     children: Vec<u32>,
     entries: Vec<Entry>,
 }

@@ -20,7 +20,7 @@ impl Scene {
     /// # Errors
     ///
     /// If there is no such node or it has another name, or it was neither loaded as one of
-    /// [`LoadOptions::grabbed`](crate::scene::LoadOptions::grabbed) nor moved by an animation; then nothing changes. A place that
+    /// [`LoadOptions::grabbed`](crate::scene::LoadOptions::grabbed) nor moved by an animation; then nothing changes. A transform that
     /// cannot be shown is found by [`Scene::pose`].
     pub fn edit(&mut self, edits: &[NodeEdit]) -> Result<(), SceneError> {
         self.play(&Edits { nodes: edits.into(), ..Edits::default() })
@@ -105,7 +105,7 @@ impl NodeEdit {
     /// The parts that it sets.
     fn parts(&self) -> impl Iterator<Item = (Path, DVec4)> {
         let vector = |vector: [f64; 3]| DVec3::from(vector).extend(0.0);
-        let translation = self.translation.map(|place| (Path::Translation, vector(place)));
+        let translation = self.translation.map(|translation| (Path::Translation, vector(translation)));
         let rotation = self.rotation.map(|rotation| (Path::Rotation, DVec4::from(rotation)));
         let scale = self.scale.map(|scale| (Path::Scale, vector(scale)));
         [translation, rotation, scale].into_iter().flatten()

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{CameraEdit, Key};
 use crate::scene::animation::{Channel, Path};
 use crate::scene::recorded::Recorded;
-use crate::scene::viewpoint::{Place, Whole};
+use crate::scene::viewpoint::{Position, Whole};
 use crate::scene::{Scene, SceneCamera, SceneError};
 
 impl Scene {
@@ -48,6 +48,6 @@ impl Scene {
 
     fn follow(&self, recorded: &Recorded, time: f64) -> Result<SceneCamera, SceneError> {
         let (from, look_at, field) = recorded.at(time);
-        self.camera_at(&Whole { from: Place(from), look_at: Place(look_at), field }, Recorded::NAME)
+        self.camera_at(&Whole { from: Position(from), look_at: Position(look_at), field }, Recorded::NAME)
     }
 }

@@ -21,7 +21,7 @@ impl Edits {
         check_nodes("nodes", &self.nodes)?;
         let mut last = None;
         for (id, key) in self.keys.iter().enumerate() {
-            let place = format!("keys[{id}]");
+            let path = format!("keys[{id}]");
             let what = match key.time {
                 time if !(0.0..=LATEST).contains(&time) => {
                     "has a time that is negative, beyond 1e9 s or not a number"
@@ -32,11 +32,11 @@ impl Edits {
                 _ => "",
             };
             if !what.is_empty() {
-                return Err(EditsError::Value { place, what });
+                return Err(EditsError::Value { path, what });
             }
             last = Some(key.time);
-            check_camera(&format!("{place}.camera"), key.camera.as_ref())?;
-            check_nodes(&format!("{place}.nodes"), &key.nodes)?;
+            check_camera(&format!("{path}.camera"), key.camera.as_ref())?;
+            check_nodes(&format!("{path}.nodes"), &key.nodes)?;
         }
         Ok(())
     }
@@ -46,7 +46,7 @@ fn is_usable(values: &[f64]) -> bool {
     values.iter().all(|value| value.abs() <= LARGEST)
 }
 
-fn check_camera(place: &str, camera: Option<&CameraEdit>) -> Result<(), EditsError> {
+fn check_camera(path: &str, camera: Option<&CameraEdit>) -> Result<(), EditsError> {
     let Some(CameraEdit { from, look_at, fov }) = camera else { return Ok(()) };
     let what = match () {
         () if !is_usable(from) || !is_usable(look_at) => "has a number that is not finite or beyond 1e30",
@@ -54,10 +54,10 @@ fn check_camera(place: &str, camera: Option<&CameraEdit>) -> Result<(), EditsErr
         () if from == look_at => "looks at where it is",
         () => return Ok(()),
     };
-    Err(EditsError::Value { place: place.into(), what })
+    Err(EditsError::Value { path: path.into(), what })
 }
 
-fn check_nodes(place: &str, nodes: &[NodeEdit]) -> Result<(), EditsError> {
+fn check_nodes(path: &str, nodes: &[NodeEdit]) -> Result<(), EditsError> {
     let mut seen = BTreeSet::new();
     for (id, edit) in nodes.iter().enumerate() {
         let NodeEdit { node, translation, rotation, scale, .. } = edit;
@@ -76,7 +76,7 @@ fn check_nodes(place: &str, nodes: &[NodeEdit]) -> Result<(), EditsError> {
             () if !seen.insert(*node) => "is of a node that another one is of, too",
             () => continue,
         };
-        return Err(EditsError::Value { place: format!("{place}[{id}]"), what });
+        return Err(EditsError::Value { path: format!("{path}[{id}]"), what });
     }
     Ok(())
 }

@@ -66,8 +66,8 @@ impl EnvironmentImage {
         let at = |x: u32, y: u32| {
             self.texels[(y.min(self.height - 1) * self.width + x.min(self.width - 1)) as usize]
         };
-        let mean = |place: u32| {
-            let (x, y) = (2 * (place % width), 2 * (place / width));
+        let mean = |index: u32| {
+            let (x, y) = (2 * (index % width), 2 * (index / width));
             0.25 * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1))
         };
         EnvironmentImage { width, height, texels: (0..width * height).map(mean).collect() }

@@ -7,7 +7,7 @@ use gltf::json::validation::Checked;
 
 use super::document::Document;
 use super::mesh::{self, Surface};
-use super::node::{Placed, PlacedMesh};
+use super::node::{WorldMesh, WorldNodes};
 use super::texture::Mapping;
 use super::{accessor, unsupported};
 use crate::scene::SceneError;
@@ -35,20 +35,20 @@ pub struct DeformedMesh {
 /// Reads a mesh that a skin or morph targets deform; none if nothing does.
 pub fn read(
     document: &mut Document,
-    placed: &Placed,
-    instance: &PlacedMesh,
+    world: &WorldNodes,
+    instance: &WorldMesh,
     mappings: &[Option<Mapping>],
 ) -> Result<Option<DeformedMesh>, SceneError> {
     let joints = match instance.skin {
-        Some(skin) => joints(document, placed, skin, &instance.node)?,
+        Some(skin) => joints(document, world, skin, &instance.node)?,
         None => Vec::new(),
     };
-    let morph = &placed.rig.joints[instance.joint].morph;
+    let morph = &world.rig.joints[instance.joint].morph;
     let is_morphed = !morph.channels.is_empty() || morph.weights.iter().any(|&weight| weight != 0.0);
     if joints.is_empty() && !is_morphed {
         return Ok(None);
     }
-    let moves = !morph.channels.is_empty() || joints.iter().any(|(joint, _)| placed.rig.joints[*joint].moves);
+    let moves = !morph.channels.is_empty() || joints.iter().any(|(joint, _)| world.rig.joints[*joint].moves);
     let targets = if is_morphed { morph.weights.len() } else { 0 };
     let mut deformation = Deformation {
         node: instance.joint,
@@ -68,7 +68,7 @@ pub fn read(
 /// Nodes of a skin, each with the way from the mesh to where it was bound; none, with a warning, if the skin cannot be used.
 fn joints(
     document: &mut Document,
-    placed: &Placed,
+    world: &WorldNodes,
     skin: usize,
     owner: &str,
 ) -> Result<Vec<(usize, DAffine3)>, SceneError> {
@@ -85,7 +85,7 @@ fn joints(
         Ok(Vec::new())
     };
     let listed = value["joints"].as_array().into_iter().flatten();
-    let nodes = listed.map(|node| placed.joint_of.get(&(node.as_u64()? as usize)).copied());
+    let nodes = listed.map(|node| world.joint_of.get(&(node.as_u64()? as usize)).copied());
     let Some(nodes) = nodes.collect::<Option<Vec<usize>>>() else {
         return unusable(document, "names a joint that is no node of the scene");
     };
@@ -188,8 +188,8 @@ fn pulls(
                     let (file, mesh) = (document.file.clone(), owner.clone());
                     return Err(SceneError::Mesh { file, mesh, what });
                 }
-                let place = 4 * set as usize + at;
-                (pull.joints[place], pull.weights[place]) = (joint as u16, weight);
+                let slot = 4 * set as usize + at;
+                (pull.joints[slot], pull.weights[slot]) = (joint as u16, weight);
             }
         }
     }

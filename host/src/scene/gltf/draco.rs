@@ -44,7 +44,7 @@ pub fn decompress(document: &mut Document) -> Result<(), SceneError> {
         };
         match decoded {
             Ok(decoded) => {
-                place(document, mesh, primitive, &extension, &decoded);
+                link(document, mesh, primitive, &extension, &decoded);
                 known.insert(key, decoded);
             }
             Err(what) => {
@@ -219,7 +219,7 @@ fn append(document: &mut Document, accessor: Accessor, bytes: Vec<u8>, count: us
 }
 
 /// Makes a primitive refer to what was decoded.
-fn place(document: &mut Document, mesh: usize, primitive: usize, extension: &Value, decoded: &Decoded) {
+fn link(document: &mut Document, mesh: usize, primitive: usize, extension: &Value, decoded: &Decoded) {
     let attributes = attributes(document, mesh, primitive, extension);
     let primitive = &mut document.root.meshes[mesh].primitives[primitive];
     for (semantic, _, id) in attributes {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::deformation::{self, DeformedMesh};
 use super::document::Document;
-use super::node::{Placed, PlacedMesh};
+use super::node::{WorldMesh, WorldNodes};
 use super::sharing::Sharing;
 use super::texture::Mapping;
 use super::{huge, mesh};
@@ -44,7 +44,7 @@ impl Geometry {
     /// Reads every mesh that is placed, or once that which is stored once.
     pub fn read(
         document: &mut Document,
-        placed: &Placed,
+        world: &WorldNodes,
         mappings: &[Option<Mapping>],
         sharing: &Sharing,
     ) -> Result<Geometry, SceneError> {
@@ -52,9 +52,9 @@ impl Geometry {
         geometry.corners.reserve_exact(sharing.in_world);
         // Meshes of the file that are stored once, or have nothing to store.
         let mut stored: HashMap<usize, Option<usize>> = HashMap::new();
-        for instance in &placed.meshes {
-            if let Some(deformed) = deformation::read(document, placed, instance, mappings)? {
-                geometry.add_deformed(deformed, placed, instance);
+        for instance in &world.meshes {
+            if let Some(deformed) = deformation::read(document, world, instance, mappings)? {
+                geometry.add_deformed(deformed, world, instance);
                 continue;
             }
             let id = instance.mesh.value();
@@ -67,7 +67,7 @@ impl Geometry {
             let mesh = match known {
                 Some(mesh) => mesh,
                 None => {
-                    let own = PlacedMesh { to_world: DAffine3::IDENTITY, ..instance.clone() };
+                    let own = WorldMesh { to_world: DAffine3::IDENTITY, ..instance.clone() };
                     let parts = mesh::read(document, &own, mappings)?;
                     let mesh = geometry.store(parts.into_iter().filter(|part| !(shares && part.emits)));
                     if shares {
@@ -99,7 +99,7 @@ impl Geometry {
 
     /// Adds a mesh that is deformed: for ever alike as triangles of the world, or as a mesh on its node, or one that is deformed at every
     /// pose.
-    fn add_deformed(&mut self, deformed: DeformedMesh, placed: &Placed, instance: &PlacedMesh) {
+    fn add_deformed(&mut self, deformed: DeformedMesh, world: &WorldNodes, instance: &WorldMesh) {
         let DeformedMesh { deformation, materials, moves } = deformed;
         let is_skinned = deformation.is_skinned();
         let stand = match (is_skinned, instance.moves) {
@@ -108,17 +108,17 @@ impl Geometry {
             (false, false) => Stand::Still(instance.to_world),
         };
         let mesh = if moves {
-            Mesh::deforming(deformation, materials, &placed.nodes)
+            Mesh::deforming(deformation, materials, &world.nodes)
         } else {
-            let vertices = deformation.deform(&placed.nodes);
+            let vertices = deformation.deform(&world.nodes);
             let corners = deformation.corners(&vertices);
             if let Stand::Still(to_world) = stand {
                 let is_mirrored = to_world.matrix3.determinant() < 0.0;
                 let turn = to_world.matrix3.inverse().transpose();
-                let place = |corners: [Corner; 3]| {
+                let transformed = |corners: [Corner; 3]| {
                     mesh::turned_over(corners.map(|corner| corner.placed(&to_world, &turn)), is_mirrored)
                 };
-                self.corners.extend(corners.map(place));
+                self.corners.extend(corners.map(transformed));
                 let owner = instance.joint as u32;
                 self.details.extend(materials.iter().map(|&material| Detail { material, owner }));
                 return;

@@ -128,9 +128,9 @@ fn environment_map(height: u32, side: u32, rotation: DQuat, seen: impl Fn(DVec3)
     EnvironmentMap::new(width, height, texels)
 }
 
-/// The face that a direction meets, of +x, -x, +y, -y, +z and -z, and the place there: from its left and from its top. Each is
+/// The face that a direction meets, of +x, -x, +y, -y, +z and -z, and the position there: from its left and from its top. Each is
 /// upright and not mirrored, seen from inside: those of OpenGL's cube, flipped about their vertical axis.
-fn place(direction: DVec3) -> (usize, DVec2) {
+fn face_and_uv(direction: DVec3) -> (usize, DVec2) {
     let DVec3 { x, y, z } = direction;
     let size = direction.abs();
     let (face, left, top) = if size.x >= size.y && size.x >= size.z {
@@ -147,7 +147,7 @@ fn place(direction: DVec3) -> (usize, DVec2) {
 
 /// The radiance in a direction, between texels of its face.
 fn seen(faces: &[Face], direction: DVec3) -> Vec3 {
-    let (face, at) = place(direction);
+    let (face, at) = face_and_uv(direction);
     let Face { width, height, texels } = &faces[face];
     let split = |share: f64, side: u32| {
         let at = (share * f64::from(side) - 0.5).clamp(0.0, f64::from(side - 1));

@@ -1,4 +1,4 @@
-//! EXT_mesh_gpu_instancing: a node's mesh in many places.
+//! EXT_mesh_gpu_instancing: many instances of a node's mesh.
 
 use glam::{DQuat, DVec3};
 use gltf::json::Index;
@@ -15,7 +15,7 @@ const INSTANCE_BYTES: u64 = 1024;
 /// `scene info` with instances: 1,960.
 const MOVING_BYTES: u64 = 2304;
 
-/// Places of a node's mesh, in the node's space; `None` without the extension. Each one that moves takes `of_node` more bytes, as
+/// Transforms of the instances of a node's mesh, in the node's space; `None` without the extension. Each one that moves takes `of_node` more bytes, as
 /// its node does.
 pub fn read(
     document: &mut Document,

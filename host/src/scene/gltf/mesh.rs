@@ -8,7 +8,7 @@ use gltf::json::validation::Checked;
 
 use super::atlas::Atlas;
 use super::document::Document;
-use super::node::PlacedMesh;
+use super::node::WorldMesh;
 use super::texture::Mapping;
 use super::{accessor, unsupported};
 use crate::scene::SceneError;
@@ -36,7 +36,7 @@ pub struct Extent {
 }
 
 /// The extent of a mesh, by its accessors: none of their elements is read.
-pub fn extent(document: &Document, instance: &PlacedMesh) -> Result<Extent, SceneError> {
+pub fn extent(document: &Document, instance: &WorldMesh) -> Result<Extent, SceneError> {
     let mesh = document.get(&document.root.meshes, instance.mesh, "mesh", &instance.node)?;
     let label = unsupported::label("mesh", instance.mesh.value(), mesh.name.as_deref());
     let mut extent = Extent::default();
@@ -83,7 +83,7 @@ pub struct Surface<'a> {
 /// Calls a function with every primitive of an instance that has triangles.
 pub fn for_each_surface(
     document: &mut Document,
-    instance: &PlacedMesh,
+    instance: &WorldMesh,
     mappings: &[Option<Mapping>],
     mut then: impl FnMut(&mut Document, &Surface<'_>) -> Result<(), SceneError>,
 ) -> Result<(), SceneError> {
@@ -120,7 +120,7 @@ pub fn for_each_surface(
 /// Triangles of every primitive of an instance.
 pub fn read(
     document: &mut Document,
-    instance: &PlacedMesh,
+    instance: &WorldMesh,
     mappings: &[Option<Mapping>],
 ) -> Result<Vec<Part>, SceneError> {
     let mut read = Vec::new();

@@ -17,12 +17,12 @@ use crate::scene::{LightShape, PunctualLight, SceneCamera, SceneError};
 
 /// A mesh in the world.
 #[derive(Clone)]
-pub struct PlacedMesh {
+pub struct WorldMesh {
     /// How messages call its node.
     pub node: String,
     /// The mesh.
     pub mesh: Index<Mesh>,
-    /// Its place; that of a mesh that moves is left to the poses.
+    /// Its transform; that of a mesh that moves is left to the poses.
     pub to_world: DAffine3,
     /// Its node in the rig.
     pub joint: usize,
@@ -34,7 +34,7 @@ pub struct PlacedMesh {
 
 /// All that stands in the world, not yet recentred.
 #[derive(Default)]
-pub struct Placed {
+pub struct WorldNodes {
     /// The nodes.
     pub rig: NodeTree,
     /// Where they are at first.
@@ -42,19 +42,19 @@ pub struct Placed {
     /// Which of them each node of the file is.
     pub joint_of: HashMap<usize, usize>,
     /// Meshes.
-    pub meshes: Vec<PlacedMesh>,
+    pub meshes: Vec<WorldMesh>,
     /// Cameras.
     pub cameras: Vec<OnNode<SceneCamera>>,
     /// Punctual lights.
     pub lights: Vec<OnNode<PunctualLight>>,
 }
 
-impl Placed {
+impl WorldNodes {
     /// Punctual lights in a world around an origin (m); what moves may have no direction yet.
     pub fn lights_around(&self, file: &str, origin: DVec3) -> Result<Vec<PunctualLight>, SceneError> {
         let mut lights = Vec::new();
         for light in &self.lights {
-            match light.what.placed(&self.nodes.places[light.joint], origin) {
+            match light.what.placed(&self.nodes.to_world[light.joint], origin) {
                 Some(light) => lights.push(light),
                 None if light.moves => {}
                 None => {
@@ -70,13 +70,13 @@ impl Placed {
     /// Cameras in a world around an origin (m).
     pub fn cameras_around(&self, origin: DVec3) -> Vec<SceneCamera> {
         let placed =
-            |camera: &OnNode<SceneCamera>| camera.what.placed(&self.nodes.places[camera.joint], origin);
+            |camera: &OnNode<SceneCamera>| camera.what.placed(&self.nodes.to_world[camera.joint], origin);
         self.cameras.iter().map(placed).collect()
     }
 }
 
-impl Placed {
-    fn mesh(&mut self, mut instance: PlacedMesh) {
+impl WorldNodes {
+    fn mesh(&mut self, mut instance: WorldMesh) {
         if instance.moves {
             instance.to_world = DAffine3::IDENTITY;
         }
@@ -84,12 +84,12 @@ impl Placed {
     }
 
     /// Places a mesh many times; what has a scale of zero is not there. Where its node moves each is a node below.
-    fn instances(&mut self, first: &PlacedMesh, places: Vec<Local>, file: &str) -> Result<(), SceneError> {
-        for (id, local) in places.into_iter().enumerate() {
+    fn instances(&mut self, first: &WorldMesh, transforms: Vec<Local>, file: &str) -> Result<(), SceneError> {
+        for (id, local) in transforms.into_iter().enumerate() {
             let node = format!("{}, instance {id}", first.node);
             let to_world = local.at(0.0).map(|local| first.to_world * local).filter(DAffine3::is_finite);
             let Some(to_world) = to_world else {
-                let what = "its place in the world is not finite".into();
+                let what = "its transform in the world is not finite".into();
                 return Err(SceneError::Node { file: file.into(), node, what });
             };
             if is_singular(&to_world) {
@@ -103,18 +103,18 @@ impl Placed {
                 self.nodes.weights.push(morph.weights.clone());
                 let parent = Some(first.joint);
                 self.rig.joints.push(Node { label, of_file: None, parent, local, moves, morph });
-                self.nodes.places.push(to_world);
+                self.nodes.to_world.push(to_world);
             }
-            self.mesh(PlacedMesh { node, mesh, to_world, joint, moves, skin });
+            self.mesh(WorldMesh { node, mesh, to_world, joint, moves, skin });
         }
         Ok(())
     }
 }
 
 /// Walks the default scene's nodes, parents first.
-pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
+pub fn read(document: &mut Document) -> Result<WorldNodes, SceneError> {
     let mut channels = animation::read(document)?;
-    let mut placed = Placed::default();
+    let mut world = WorldNodes::default();
     let mut visited = vec![false; document.root.nodes.len()];
     let mut stack: Vec<_> = roots(document)?.into_iter().rev().map(|root| (root, None)).collect();
     while let Some((index, parent)) = stack.pop() {
@@ -131,24 +131,24 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
         let channels = channels.remove(&index.value()).unwrap_or_default();
         let (weights, channels) = channels.into_iter().partition(|channel| channel.path == Path::Weights);
         let (local, morph) = (local(&node, channels), morph(document, &node, weights));
-        let to_parent = parent.map_or(DAffine3::IDENTITY, |parent: usize| placed.nodes.places[parent]);
+        let to_parent = parent.map_or(DAffine3::IDENTITY, |parent: usize| world.nodes.to_world[parent]);
         let to_world = to_parent * local.at(0.0).ok_or_else(|| wrong("its transform is not finite"))?;
         if !to_world.is_finite() {
-            return Err(wrong("its place in the world is not finite"));
+            return Err(wrong("its transform in the world is not finite"));
         }
         let is_grabbed = document.options.grabbed.contains(&index.value());
         let moves = is_grabbed
             || !local.channels.is_empty()
-            || parent.is_some_and(|parent| placed.rig.joints[parent].moves);
+            || parent.is_some_and(|parent| world.rig.joints[parent].moves);
         // A skin leads to the world, wherever its node is.
         let is_flat = !moves && node.skin.is_none() && is_singular(&to_world);
         if is_flat && (node.mesh.is_some() || node.camera.is_some()) {
             let what = "its transform is singular (a scale of zero, or axes in one plane)";
             document.warn(&label, format_args!("{what}; not shown"));
         }
-        let joint = placed.rig.joints.len();
-        placed.joint_of.insert(index.value(), joint);
-        placed.nodes.weights.push(morph.at(0.0));
+        let joint = world.rig.joints.len();
+        world.joint_of.insert(index.value(), joint);
+        world.nodes.weights.push(morph.at(0.0));
         let light = node.extensions.as_ref().and_then(|all| all.khr_lights_punctual.as_ref());
         let of_file = OfFile {
             index: index.value(),
@@ -158,20 +158,20 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
             has_camera: node.camera.is_some(),
         };
         let in_rig = Node { label: label.clone(), of_file: Some(of_file), parent, local, moves, morph };
-        placed.rig.joints.push(in_rig);
-        placed.nodes.places.push(to_world);
+        world.rig.joints.push(in_rig);
+        world.nodes.to_world.push(to_world);
         if let Some(mesh) = node.mesh.filter(|_| !is_flat) {
             let skin = node.skin.map(|skin| skin.value());
-            let instance = PlacedMesh { node: label.clone(), mesh, to_world, joint, moves, skin };
-            let of_node = moves.then(|| bytes(&placed.rig.joints[joint].morph));
+            let instance = WorldMesh { node: label.clone(), mesh, to_world, joint, moves, skin };
+            let of_node = moves.then(|| bytes(&world.rig.joints[joint].morph));
             match instancing::read(document, index.value(), &label, of_node)? {
-                Some(places) => placed.instances(&instance, places, &document.file)?,
-                None => placed.mesh(instance),
+                Some(transforms) => world.instances(&instance, transforms, &document.file)?,
+                None => world.mesh(instance),
             }
         }
         if node.camera.is_some() && !is_flat {
             let camera = camera(document, &node, &label)?;
-            placed.cameras.extend(camera.map(|what| OnNode { joint, moves, what }));
+            world.cameras.extend(camera.map(|what| OnNode { joint, moves, what }));
         }
         if let Some(light) = light {
             let light = light_of(document, light.light, &label)?;
@@ -180,14 +180,14 @@ pub fn place(document: &mut Document) -> Result<Placed, SceneError> {
                 document.warn(&label, "its light has no direction (a scale of zero); left out");
             }
             let light = light.filter(|light| !is_lost(light));
-            placed.lights.extend(light.map(|what| OnNode { joint, moves, what }));
+            world.lights.extend(light.map(|what| OnNode { joint, moves, what }));
         }
         stack.extend(node.children.iter().flatten().rev().map(|&child| (child, Some(joint))));
     }
-    if let Some(&node) = document.options.grabbed.iter().find(|node| !placed.joint_of.contains_key(node)) {
+    if let Some(&node) = document.options.grabbed.iter().find(|node| !world.joint_of.contains_key(node)) {
         return Err(no_node(&document.file, node));
     }
-    Ok(placed)
+    Ok(world)
 }
 
 /// Root nodes of the default scene, else of the first, else every node that is no child.

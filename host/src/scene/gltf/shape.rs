@@ -1,5 +1,5 @@
 //! The shape of a document: which JSON type stands where [glTF 2.0, JSON schemas]. What is of another type is refused
-//! with its place, since a default in its stead would render another scene. Ranges of numbers are checked where they are
+//! with its path, since a default in its stead would render another scene. Ranges of numbers are checked where they are
 //! used; `null` is taken for a member that is not there, as serializers write it.
 
 use serde_json::Value;
@@ -16,7 +16,7 @@ enum Kind {
     Word(&'static [&'static str]),
     /// One of these integers.
     Code(&'static [u64]),
-    /// A place in a list, below 2^32 - 1.
+    /// An index of a list, below 2^32 - 1.
     Index,
     /// A whole number from 0 on.
     Size,
@@ -177,29 +177,29 @@ const COMPRESSED: &[(&str, Kind)] = &[
 /// Clamped, mirrored, repeated.
 const WRAPS: &[u64] = &[33071, 33648, 10497];
 
-/// Refuses a document with a value of a wrong type: its place, what it is and what it should be.
+/// Refuses a document with a value of a wrong type: its path, what it is and what it should be.
 pub fn check(document: &Value) -> Result<(), String> {
     let found = |fault: String| fault.trim_start_matches('.').to_string();
-    for (place, kind) in DOCUMENT {
-        walk(document, place, *kind).map_err(found)?;
+    for (path, kind) in DOCUMENT {
+        walk(document, path, *kind).map_err(found)?;
     }
-    for (places, members) in [(&TEXTURES[..], TEXTURE), (&COMPRESSIONS[..], COMPRESSED)] {
-        for place in places {
+    for (paths, members) in [(&TEXTURES[..], TEXTURE), (&COMPRESSIONS[..], COMPRESSED)] {
+        for path in paths {
             for (member, kind) in members {
-                walk(document, &format!("{place}.{member}"), *kind).map_err(found)?;
+                walk(document, &format!("{path}.{member}"), *kind).map_err(found)?;
             }
         }
     }
     Ok(())
 }
 
-/// Checks what stands at a place below a value. The fault begins with the place.
-fn walk(value: &Value, place: &str, kind: Kind) -> Result<(), String> {
-    if place.is_empty() {
+/// Checks what stands at a path below a value. The fault begins with the path.
+fn walk(value: &Value, path: &str, kind: Kind) -> Result<(), String> {
+    if path.is_empty() {
         return check_value(value, kind);
     }
     let wrong = |should: &str| Err(format!(" is {} and should be {should}", shown(value)));
-    if let Some(rest) = place.strip_prefix("[]") {
+    if let Some(rest) = path.strip_prefix("[]") {
         let Value::Array(elements) = value else { return wrong("a list") };
         let rest = rest.strip_prefix('.').unwrap_or(rest);
         let mut elements = elements.iter().enumerate();
@@ -208,7 +208,7 @@ fn walk(value: &Value, place: &str, kind: Kind) -> Result<(), String> {
         });
     }
     let Value::Object(members) = value else { return wrong("an object") };
-    let (key, rest) = place.split_at(place.find(['.', '[']).unwrap_or(place.len()));
+    let (key, rest) = path.split_at(path.find(['.', '[']).unwrap_or(path.len()));
     let rest = rest.strip_prefix('.').unwrap_or(rest);
     let check = |(key, member): (&String, &Value)| match member {
         Value::Null => Ok(()),

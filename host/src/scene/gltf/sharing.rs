@@ -1,6 +1,6 @@
 //! Which meshes are stored once for many nodes.
 //!
-//! Those that move are, but for what emits: of that the light table tells one place. Of those that stand still, copies in the
+//! Those that move are, but for what emits: of that the light table tells one instance. Of those that stand still, copies in the
 //! world's own space are faster to trace; only beyond a number of triangles the largest copies are spared.
 
 use std::collections::HashMap;
@@ -8,7 +8,7 @@ use std::collections::hash_map::Entry;
 
 use super::document::Document;
 use super::mesh::{self, Extent};
-use super::node::PlacedMesh;
+use super::node::WorldMesh;
 use crate::scene::SceneError;
 
 /// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
@@ -22,13 +22,13 @@ pub(super) const TRIANGLE_BYTES: u64 = 850;
 /// triangle refers to: 104 of plain ones, 128 with texture coordinates and tangents.
 const VERTEX_BYTES: u64 = 130;
 
-/// Memory of a place of a mesh that stands still and is stored once (bytes): its row, and its leaf of the BVH.
-const PLACE_BYTES: u64 = 1024;
+/// Memory of an instance of a mesh that stands still and is stored once (bytes): its row, and its leaf of the BVH.
+const INSTANCE_BYTES: u64 = 1024;
 
 /// How the meshes of a file are stored.
 pub struct Sharing {
     extents: HashMap<usize, Extent>,
-    /// Meshes that stand still in several places and are stored once.
+    /// Meshes that stand still in several instances and are stored once.
     spared: Vec<usize>,
     /// Triangles of the world, at most.
     pub in_world: usize,
@@ -36,7 +36,7 @@ pub struct Sharing {
 
 impl Sharing {
     /// Decides by the accessors of every mesh and the nodes that place it, and takes memory for all triangles.
-    pub fn plan(document: &mut Document, meshes: &[PlacedMesh]) -> Result<Sharing, SceneError> {
+    pub fn plan(document: &mut Document, meshes: &[WorldMesh]) -> Result<Sharing, SceneError> {
         let mut sharing = Sharing { extents: HashMap::new(), spared: Vec::new(), in_world: 0 };
         let mut still: HashMap<usize, u64> = HashMap::new();
         for instance in meshes {
@@ -70,9 +70,9 @@ impl Sharing {
     }
 
     /// Takes memory for all triangles.
-    fn take(&mut self, document: &mut Document, meshes: &[PlacedMesh]) -> Result<(), SceneError> {
+    fn take(&mut self, document: &mut Document, meshes: &[WorldMesh]) -> Result<(), SceneError> {
         let mut seen = std::collections::HashSet::new();
-        let (mut stored, mut in_world, mut vertices, mut read, mut places) =
+        let (mut stored, mut in_world, mut vertices, mut read, mut instances) =
             (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
         for instance in meshes {
             let extent = self.extents[&instance.mesh.value()];
@@ -84,7 +84,7 @@ impl Sharing {
                 let triangles = if shares { extent.emitting } else { extent.triangles };
                 in_world = in_world.saturating_add(triangles);
             }
-            places += u64::from(shares && !instance.moves);
+            instances += u64::from(shares && !instance.moves);
             if !shares || is_first || extent.emitting > 0 {
                 read = read.saturating_add(extent.vertices);
             }
@@ -102,14 +102,15 @@ impl Sharing {
             }
         }
         let triangles = stored + in_world;
-        let bytes = triangles * TRIANGLE_BYTES + vertices.saturating_mul(VERTEX_BYTES) + places * PLACE_BYTES;
+        let bytes =
+            triangles * TRIANGLE_BYTES + vertices.saturating_mul(VERTEX_BYTES) + instances * INSTANCE_BYTES;
         document.take(bytes, format_args!("its {triangles} triangles"))?;
         self.in_world = in_world as usize;
         Ok(())
     }
 
-    /// Whether what does not emit of a mesh is stored once for all places like this.
-    pub fn is_stored_once(&self, instance: &PlacedMesh) -> bool {
+    /// Whether what does not emit of a mesh is stored once for all instances like this.
+    pub fn is_stored_once(&self, instance: &WorldMesh) -> bool {
         let id = instance.mesh.value();
         if instance.skin.is_some() {
             return false;
@@ -118,7 +119,7 @@ impl Sharing {
     }
 
     /// Whether a part of a mesh emits.
-    pub fn emits(&self, instance: &PlacedMesh) -> bool {
+    pub fn emits(&self, instance: &WorldMesh) -> bool {
         self.extents.get(&instance.mesh.value()).is_some_and(|extent| extent.emitting > 0)
     }
 }

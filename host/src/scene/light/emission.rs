@@ -6,8 +6,8 @@ use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::texture::emission::emission_at;
 use glam::DVec3;
 
-/// Places on all triangles together, at most. Beyond, a triangle's probability of being chosen is less exact, not its light.
-const MAX_PLACES: f32 = 1.0e7;
+/// Positions on all triangles together, at most. Beyond, a triangle's probability of being chosen is less exact, not its light.
+const MAX_POSITIONS: f32 = 1.0e7;
 /// Steps along a triangle's edge, at most and at least.
 const STEPS: (f32, f32) = (8.0, 1000.0);
 
@@ -15,7 +15,7 @@ const STEPS: (f32, f32) = (8.0, 1000.0);
 const VARIES: u32 = FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT | FLAG_BLEND;
 
 /// Mean radiance over a triangle (W m^-2 sr^-1): what its texture and its alpha leave of the material's emission, at
-/// places half a texel apart.
+/// positions half a texel apart.
 pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
     let id = scene.surfaces[triangle as usize].material as usize;
     let material = &scene.materials[id];
@@ -34,7 +34,7 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
             }
         }
     }
-    let max_steps = (MAX_PLACES / scene.triangles.len() as f32).sqrt().clamp(STEPS.0, STEPS.1);
+    let max_steps = (MAX_POSITIONS / scene.triangles.len() as f32).sqrt().clamp(STEPS.0, STEPS.1);
     let steps = (2.0 * texels).clamp(STEPS.0, max_steps).ceil() as u32;
 
     // Centres of the small triangles, those that stand upright and those upside down.

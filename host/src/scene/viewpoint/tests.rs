@@ -19,11 +19,11 @@ fn kinds() -> Vec<[DVec3; 2]> {
     kinds
 }
 
-/// Half of the image's width and height that a place is away from its middle, or none behind the eye.
-fn seen(whole: &Whole, place: DVec3, aspect: f64) -> Option<(f64, f64)> {
+/// Half of the image's width and height that a position is away from its middle, or none behind the eye.
+fn seen(whole: &Whole, position: DVec3, aspect: f64) -> Option<(f64, f64)> {
     let forward = (whole.look_at.0 - whole.from.0).normalize();
     let (right, up) = axes(forward);
-    let p = place - whole.from.0;
+    let p = position - whole.from.0;
     let depth = p.dot(forward) * (0.5 * whole.field).to_radians().tan();
     (depth > 0.0).then(|| (p.dot(right) / (depth * aspect), p.dot(up) / depth))
 }
@@ -50,7 +50,7 @@ fn all_is_in_view_with_a_margin_whatever_the_bounds() {
                 Viewpoint::default(),
                 Viewpoint { field: Some(5.0), ..Viewpoint::default() },
                 Viewpoint { field: Some(120.0), ..Viewpoint::default() },
-                Viewpoint { look_at: Some(Place(bounds[1])), ..Viewpoint::default() },
+                Viewpoint { look_at: Some(Position(bounds[1])), ..Viewpoint::default() },
             ]) {
                 let whole = viewpoint.whole(bounds, aspect);
                 let extent = extent(&whole, bounds, aspect);
@@ -88,9 +88,9 @@ fn the_front_is_plus_z_and_angles_go_to_plus_x_and_up() {
 fn read(name: &str) -> Viewpoint {
     let words: Vec<&str> = name.split(' ').collect();
     let of = |option: &str| words[words.iter().position(|word| *word == option).unwrap() + 1];
-    let place = |option| Some(of(option).parse::<Place>().unwrap());
+    let position = |option| Some(of(option).parse::<Position>().unwrap());
     let choice =
-        CameraChoice::from_options(None, place("--from"), place("--look-at"), of("--fov").parse().ok());
+        CameraChoice::from_options(None, position("--from"), position("--look-at"), of("--fov").parse().ok());
     let CameraChoice::Placed(viewpoint) = choice.unwrap() else { panic!("{name} places a camera") };
     viewpoint
 }
@@ -114,12 +114,12 @@ fn a_name_pasted_gives_the_same_camera_to_the_bit() {
 fn each_option_alone_makes_sense() {
     let bounds = [DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 2.0, 1.0)];
     let whole = |viewpoint: Viewpoint| viewpoint.whole(bounds, 1.0);
-    let from = whole(Viewpoint { eye: Some(Eye::At(Place(DVec3::X * 9.0))), ..Viewpoint::default() });
+    let from = whole(Viewpoint { eye: Some(Eye::At(Position(DVec3::X * 9.0))), ..Viewpoint::default() });
     assert_eq!((from.from.0, from.look_at.0, from.field), (DVec3::X * 9.0, DVec3::Y, FIELD));
     // From the middle itself it looks along -z.
-    let inside = whole(Viewpoint { eye: Some(Eye::At(Place(DVec3::Y))), ..Viewpoint::default() });
+    let inside = whole(Viewpoint { eye: Some(Eye::At(Position(DVec3::Y))), ..Viewpoint::default() });
     assert!(inside.look_at.0.z < -1.0 && inside.look_at.0.y == 1.0, "{inside}");
-    let at = whole(Viewpoint { look_at: Some(Place(DVec3::X)), ..Viewpoint::default() });
+    let at = whole(Viewpoint { look_at: Some(Position(DVec3::X)), ..Viewpoint::default() });
     assert_eq!(at.look_at.0, DVec3::X);
     let wide = whole(Viewpoint { field: Some(90.0), ..Viewpoint::default() });
     assert!(wide.from.0.length() < whole(Viewpoint::default()).from.0.length());
@@ -127,10 +127,10 @@ fn each_option_alone_makes_sense() {
 
 #[test]
 fn what_contradicts_itself_is_refused() {
-    let place = Some(Place(DVec3::ONE));
+    let position = Some(Position(DVec3::ONE));
     for (camera, from, look_at, field, word) in [
-        (Some("orbit:1,2"), place, None, None, "one"),
-        (Some("main"), place, None, None, "leave one out"),
+        (Some("orbit:1,2"), position, None, None, "one"),
+        (Some("main"), position, None, None, "leave one out"),
         (Some("main"), None, None, Some(40.0), "leave one out"),
         (None, None, None, Some(0.0), "170"),
         (None, None, None, Some(f64::NAN), "170"),
@@ -149,12 +149,12 @@ fn what_contradicts_itself_is_refused() {
         Ok(CameraChoice::Named("main".into()))
     );
     for wrong in ["1,2", "1,2,3,4", "a,b,c", "1,2,NaN", ""] {
-        assert!(wrong.parse::<Place>().is_err(), "{wrong}");
+        assert!(wrong.parse::<Position>().is_err(), "{wrong}");
     }
     let mut scene = Scene::default();
-    let here = Viewpoint { eye: place.map(Eye::At), look_at: place, field: None };
+    let here = Viewpoint { eye: position.map(Eye::At), look_at: position, field: None };
     assert!(scene.place_camera(&here, 1.0).unwrap_err().to_string().contains("looks at where it is"));
-    let far = Viewpoint { eye: Some(Eye::At(Place(DVec3::X * 1e30))), ..Viewpoint::default() };
+    let far = Viewpoint { eye: Some(Eye::At(Position(DVec3::X * 1e30))), ..Viewpoint::default() };
     assert!(scene.place_camera(&far, 1.0).unwrap_err().to_string().contains("too far"));
     assert!(scene.camera(None).unwrap_err().to_string().contains("place_camera"));
 }

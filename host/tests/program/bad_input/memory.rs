@@ -164,7 +164,7 @@ fn write(folder: &Path) {
     std::fs::write(folder.join("sky.exr"), bytes).unwrap();
 }
 
-/// A triangle on a node that moves, in so many places.
+/// A triangle on a node that moves, with this many instances.
 fn instances(count: usize) -> Vec<u8> {
     let mut document = document(std::iter::empty());
     let mut binary: Vec<u8> =
@@ -180,8 +180,9 @@ fn instances(count: usize) -> Vec<u8> {
     };
     add(&[0., 1.], "SCALAR", 1);
     add(&[0., 0., 0., 1., 1., 1.], "VEC3", 3);
-    let places: Vec<f32> = (0..count).flat_map(|at| [(at % 100) as f32, (at / 100) as f32, 0.]).collect();
-    add(&places, "VEC3", 3);
+    let translations: Vec<f32> =
+        (0..count).flat_map(|at| [(at % 100) as f32, (at / 100) as f32, 0.]).collect();
+    add(&translations, "VEC3", 3);
     document["animations"] = json!([{
         "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }],
         "samplers": [{ "input": 1, "output": 2 }],

@@ -1,4 +1,4 @@
-//! `validate`: traces a few light paths that keep their random numbers from frame to frame, and marks where their deposits
+//! `validate`: traces a few light paths that keep their random numbers from frame to frame, and marks where their photons
 //! changed. In a scene where nothing moves nothing changes, to the bit; where the number of light
 //! paths does, nothing but the rounding of a flux.
 //!
@@ -10,11 +10,9 @@ use crate::declare::pass;
 use crate::history::cells::{self, LightFrame, MAX_STEP, Mark, direct_radius, mark};
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{
-    VALIDATION_CELLS, VALIDATION_DEPOSITS, VALIDATION_PERIOD, ValidationDeposit,
-};
+use crate::interface::history::{VALIDATION_CELLS, VALIDATION_PERIOD, VALIDATION_PHOTONS, ValidationPhoton};
 use crate::interface::instance::Instance;
-use crate::interface::point::{DepositGeometry, DepositLight};
+use crate::interface::point::{PhotonGeometry, PhotonLight};
 use crate::interface::scene::SceneTables;
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
@@ -33,13 +31,13 @@ pub fn validate(
     scene: SceneTables<'_>,
     tracer: &mut impl Tracer,
     instances: &[Instance],
-    #[len = params.validation_path_count * VALIDATION_DEPOSITS] validation_deposits: Slots<
+    #[len = params.validation_path_count * VALIDATION_PHOTONS] validation_photons: Slots<
         '_,
-        ValidationDeposit,
+        ValidationPhoton,
     >,
     #[len = cells::WORDS * VALIDATION_CELLS] validation_cells: AtomicWords<'_>,
 ) {
-    let mut compare = Compare::new(path, params, instances, validation_deposits, validation_cells);
+    let mut compare = Compare::new(path, params, instances, validation_photons, validation_cells);
     let emit = ByPower::new(scene, params, features);
     let (rng, features) = (compare.rng(), uncounted(features));
     let count =
@@ -53,12 +51,12 @@ pub fn uncounted(features: Features) -> Features {
     Features(features.0 & !Features::LEDGER.0)
 }
 
-/// Compares deposits with those of the frame before, and takes their place.
+/// Compares photons with those of the frame before, and takes their place.
 pub struct Compare<'a> {
     path: u32,
     params: &'a FrameParams,
     instances: &'a [Instance],
-    deposits: Slots<'a, ValidationDeposit>,
+    photons: Slots<'a, ValidationPhoton>,
     cells: AtomicWords<'a>,
 }
 
@@ -69,10 +67,10 @@ impl<'a> Compare<'a> {
         path: u32,
         params: &'a FrameParams,
         instances: &'a [Instance],
-        deposits: Slots<'a, ValidationDeposit>,
+        photons: Slots<'a, ValidationPhoton>,
         cells: AtomicWords<'a>,
     ) -> Self {
-        Compare { path, params, instances, deposits, cells }
+        Compare { path, params, instances, photons, cells }
     }
 
     /// Frames count from the one in which the path samples new numbers.
@@ -92,71 +90,71 @@ impl<'a> Compare<'a> {
         !self.turn().is_multiple_of(VALIDATION_PERIOD)
     }
 
-    /// The slot of a deposit.
+    /// The slot of a photon.
     #[inline(always)]
-    fn row(&self, deposit: u32) -> u32 {
-        self.path * VALIDATION_DEPOSITS + deposit
+    fn row(&self, photon: u32) -> u32 {
+        self.path * VALIDATION_PHOTONS + photon
     }
 }
 
 impl Receive for Compare<'_> {
-    /// Deposits of the path so far.
+    /// Photons of the path so far.
     type PathState = u32;
 
     #[inline(always)]
-    fn receive(&mut self, count: &mut u32, geometry: DepositGeometry, light: DepositLight) {
-        if *count >= VALIDATION_DEPOSITS {
+    fn receive(&mut self, count: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
+        if *count >= VALIDATION_PHOTONS {
             return;
         }
         let row = self.row(*count);
-        let now = ValidationDeposit {
+        let now = ValidationPhoton {
             position: geometry.position,
             // Frames may have more light paths or fewer.
             flux: light.flux.element_sum() * self.params.light_path_count as f32,
             instance: geometry.instance,
         };
-        let before = self.deposits.read(row);
+        let before = self.photons.read(row);
         if self.compares() {
             let mut frame = 0;
             while frame < LightFrame::count(before.instance | now.instance) {
-                let mut place = now.position;
+                let mut position = now.position;
                 if frame == 0 {
-                    // Where this place of the surface was.
-                    place = self.instances[now.instance as usize].to_previous.point(now.position);
+                    // Where this point of the surface was.
+                    position = self.instances[now.instance as usize].to_previous.point(now.position);
                 }
-                self.compare(&before, &now, frame, place);
+                self.compare(&before, &now, frame, position);
                 frame += 1;
             }
         }
-        self.deposits.write(row, now);
+        self.photons.write(row, now);
         *count += 1;
     }
 }
 
 impl Compare<'_> {
-    /// Marks a deposit and the one that came instead, at `place`, in one of their frames.
+    /// Marks a photon and the one that came instead, at `position`, in one of their frames.
     #[inline(always)]
-    fn compare(&mut self, before: &ValidationDeposit, now: &ValidationDeposit, frame: u32, place: Vec3) {
+    fn compare(&mut self, before: &ValidationPhoton, now: &ValidationPhoton, frame: u32, position: Vec3) {
         let mut moved = MAX_STEP;
         if before.flux > 0.0 && before.instance == now.instance {
-            moved = (place - before.position).length() / direct_radius(place, self.params);
+            moved = (position - before.position).length() / direct_radius(position, self.params);
         }
-        let (before, now) = (self.mark(before, before.position, frame), self.mark(now, place, frame));
+        let (before, now) = (self.mark(before, before.position, frame), self.mark(now, position, frame));
         mark(&mut self.cells, before, now, moved, self.params);
     }
 
     #[inline(always)]
-    fn mark(&self, deposit: &ValidationDeposit, position: Vec3, frame: u32) -> Mark {
-        let flux = deposit.flux / self.params.light_path_count as f32;
-        Mark { position, carrier: LightFrame::new(deposit.instance, frame), flux }
+    fn mark(&self, photon: &ValidationPhoton, position: Vec3, frame: u32) -> Mark {
+        let flux = photon.flux / self.params.light_path_count as f32;
+        Mark { position, carrier: LightFrame::new(photon.instance, frame), flux }
     }
 
-    /// Marks and forgets the deposits that did not come again.
+    /// Marks and forgets the photons that did not come again.
     #[inline(always)]
     pub fn close(&mut self, mut count: u32) {
-        while count < VALIDATION_DEPOSITS {
+        while count < VALIDATION_PHOTONS {
             let row = self.row(count);
-            let before = self.deposits.read(row);
+            let before = self.photons.read(row);
             if self.compares() && before.flux > 0.0 {
                 let mut frame = 0;
                 while frame < LightFrame::count(before.instance) {
@@ -166,7 +164,7 @@ impl Compare<'_> {
                     frame += 1;
                 }
             }
-            self.deposits.write(row, ValidationDeposit::default());
+            self.photons.write(row, ValidationPhoton::default());
             count += 1;
         }
     }

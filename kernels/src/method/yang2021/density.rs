@@ -49,21 +49,21 @@ pub fn density_sum(
     density: &[DensityTexel],
     #[len = MAPS * Map::NODES] mut density_pyramid: Slots<'_, f32>,
 ) {
-    let (place, sum) = sum(node, dispatch.level, density, &density_pyramid);
-    density_pyramid.write(place, sum);
+    let (slot, sum) = sum(node, dispatch.level, density, &density_pyramid);
+    density_pyramid.write(slot, sum);
 }
 
 /// The new density of a texel, counted over all maps, from its old row and the pyramids of the last frame.
 #[inline(always)]
 pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u32]) -> DensityTexel {
-    let (map, place) = (texel / Map::TEXELS, texel % Map::TEXELS);
+    let (map, texel_in_map) = (texel / Map::TEXELS, texel % Map::TEXELS);
     let base = map * Map::NODES;
     let total = Map::total(pyramid, map);
     if total <= 0.0 {
         return DensityTexel { density: 1.0, change: 0.0 };
     }
     let scale = Map::TEXELS as f32 / total;
-    let (x, y) = (place % Map::SIDE, place / Map::SIDE);
+    let (x, y) = (texel_in_map % Map::SIDE, texel_in_map / Map::SIDE);
     let at = |x: u32, y: u32| pyramid[(base + y * Map::SIDE + x) as usize] * scale;
     let old = at(x, y);
     let (left, right) = (if x > 0 { x - 1 } else { x }, if x + 1 < Map::SIDE { x + 1 } else { x });
@@ -90,12 +90,12 @@ pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u3
     DensityTexel { density, change: density - old }
 }
 
-/// A node of level `level`, counted over all maps: (its place in the pyramids, its sum).
+/// A node of level `level`, counted over all maps: (its slot in the pyramids, its sum).
 #[inline(always)]
 pub fn sum(index: u32, level: u32, densities: &[DensityTexel], pyramid: &Slots<'_, f32>) -> (u32, f32) {
-    let Node { place, below } = Map::node(level, index);
+    let Node { slot, below } = Map::node(level, index);
     if level == 0 {
-        return (place, densities[index as usize].density);
+        return (slot, densities[index as usize].density);
     }
-    (place, pyramid.read(below[0]) + pyramid.read(below[1]) + pyramid.read(below[2]) + pyramid.read(below[3]))
+    (slot, pyramid.read(below[0]) + pyramid.read(below[1]) + pyramid.read(below[2]) + pyramid.read(below[3]))
 }

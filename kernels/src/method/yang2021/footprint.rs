@@ -136,22 +136,22 @@ impl Footprint {
 
         // A tenth more than the first order says: perspective bends an ellipse.
         let (width, height) = (params.width as f32, params.height as f32);
-        let place = params.place_of(on_plane);
+        let position_px = params.raster_position(on_plane);
         let across = axes.form(column_x, column_y).sqrt() * 1.1 + 0.5;
         let down = axes.form(row_x, row_y).sqrt() * 1.1 + 0.5;
         let determinant = axes.determinant();
-        let seen = place.x + across > 0.0
-            && place.x - across < width
-            && place.y + down > 0.0
-            && place.y - down < height;
+        let seen = position_px.x + across > 0.0
+            && position_px.x - across < width
+            && position_px.y + down > 0.0
+            && position_px.y - down < height;
         if !seen || determinant <= 0.0 {
             return Footprint::default();
         }
         Footprint {
-            first_column: (place.x - across).max(0.0) as u32,
-            last_column: ((place.x + across) as u32).min(params.width - 1),
-            first_row: (place.y - down).max(0.0) as u32,
-            last_row: ((place.y + down) as u32).min(params.height - 1),
+            first_column: (position_px.x - across).max(0.0) as u32,
+            last_column: ((position_px.x + across) as u32).min(params.width - 1),
+            first_row: (position_px.y - down).max(0.0) as u32,
+            last_row: ((position_px.y + down) as u32).min(params.height - 1),
             area_px: PI * alone * pixels.abs(),
             reach: (axes.xx + axes.yy).sqrt(),
             tangent_x: frame.x,
@@ -161,7 +161,7 @@ impl Footprint {
         }
     }
 
-    /// Share of the photon's flux that a place `along` from it gets (m^-2): 10 / (3 pi a b) (1 - 3 x^2 + 2 x^3), x the
+    /// Share of the photon's flux that a point `along` from it gets (m^-2): 10 / (3 pi a b) (1 - 3 x^2 + 2 x^3), x the
     /// distance over the ellipse's own. Its integral over the plane is 1.
     #[inline]
     pub fn weight(&self, along: Vec3) -> f32 {

@@ -49,9 +49,9 @@ const WORDS: usize = 19;
 /// Words of as many shadow rays as a vertex has, and of three records more.
 pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 3);
 
-type Place = Record<WORDS, ROOM>;
+type PathRecord = Record<WORDS, ROOM>;
 
-// Places of the words of the path's own record, beside its sums.
+// Indices of the words of the path's own record, beside its sums.
 const CLASS_PROBABILITY: usize = 12;
 const DISTANCE: usize = 13;
 const CONE: usize = 14;
@@ -66,9 +66,9 @@ pub struct Aside<'a> {
     /// What the scene needs.
     features: Features,
     /// The path's own record.
-    own: Place,
+    own: PathRecord,
     /// The pencil: its axes and its derivatives by the origin at the eye, and those by the direction there.
-    pencil: [Place; 2],
+    pencil: [PathRecord; 2],
 }
 
 impl<'a> Aside<'a> {
@@ -76,7 +76,8 @@ impl<'a> Aside<'a> {
     #[inline(always)]
     pub fn new(words: &'a mut [u32; ROOM], features: Features, params: &FrameParams) -> Self {
         let first = FEW_LIGHTS + params.zero();
-        let [own, by_origin, by_direction] = [Place::at(first), Place::at(first + 1), Place::at(first + 2)];
+        let [own, by_origin, by_direction] =
+            [PathRecord::at(first), PathRecord::at(first + 1), PathRecord::at(first + 2)];
         let mut aside = Aside { words, features, own, pencil: [by_origin, by_direction] };
         aside.set(Sum::Radiance, Vec3::ZERO);
         if features.has(Features::PARTS) {
@@ -154,11 +155,11 @@ impl<'a> Aside<'a> {
     #[inline(always)]
     pub fn pencil(&self) -> Pencil {
         let words = &*self.words;
-        let two = |record: Place, word| {
+        let two = |record: PathRecord, word| {
             Vec2::new(f32::from_bits(record.take(words, word)), f32::from_bits(record.take(words, word + 1)))
         };
         let derivative =
-            |record, word| RayDerivative { place: two(record, word), slope: two(record, word + 2) };
+            |record, word| RayDerivative { offset: two(record, word), slope: two(record, word + 2) };
         let [by_origin, by_direction] = self.pencil;
         Pencil {
             x: by_origin.take3(words, 8),
@@ -175,9 +176,9 @@ impl<'a> Aside<'a> {
     #[inline(always)]
     pub fn set_pencil(&mut self, pencil: &Pencil) {
         let words = &mut *self.words;
-        let mut set = |record: Place, word, ray: &RayDerivative| {
-            record.put(words, word, ray.place.x.to_bits());
-            record.put(words, word + 1, ray.place.y.to_bits());
+        let mut set = |record: PathRecord, word, ray: &RayDerivative| {
+            record.put(words, word, ray.offset.x.to_bits());
+            record.put(words, word + 1, ray.offset.y.to_bits());
             record.put(words, word + 2, ray.slope.x.to_bits());
             record.put(words, word + 3, ray.slope.y.to_bits());
         };
@@ -191,10 +192,10 @@ impl<'a> Aside<'a> {
         by_direction.put(words, 8, u32::from(pencil.is_distorted));
     }
 
-    /// Leaves a shadow ray at a place below [`FEW_LIGHTS`].
+    /// Leaves a shadow ray at an index below [`FEW_LIGHTS`].
     #[inline(always)]
-    pub fn set_shadow(&mut self, place: u32, shadow: &Shadow) {
-        let record = Place::at(place);
+    pub fn set_shadow(&mut self, index: u32, shadow: &Shadow) {
+        let record = PathRecord::at(index);
         let words = &mut *self.words;
         record.put3(words, 0, shadow.ray.origin);
         record.put3(words, 3, shadow.ray.direction);
@@ -212,10 +213,10 @@ impl<'a> Aside<'a> {
         }
     }
 
-    /// The shadow ray at a place.
+    /// The shadow ray at an index.
     #[inline(always)]
-    pub fn shadow(&self, place: u32) -> Shadow {
-        let record = Place::at(place);
+    pub fn shadow(&self, index: u32) -> Shadow {
+        let record = PathRecord::at(index);
         let words = &*self.words;
         let mut shadow = Shadow {
             ray: Ray {

@@ -1,7 +1,7 @@
-//! The trait of `shoot`: what becomes of a deposit, and what is followed on the way to it.
+//! The trait of `shoot`: what becomes of a photon, and what is followed on the way to it.
 
-use crate::interface::counters::{Counter, DepositState};
-use crate::interface::point::{DepositGeometry, DepositLight};
+use crate::interface::counters::{Counter, PhotonState};
+use crate::interface::point::{PhotonGeometry, PhotonLight};
 use crate::interface::ray::{Hit, Ray};
 use crate::light::emit::EmissionSample;
 use crate::platform::{AtomicWords, Atomics, Slots};
@@ -9,7 +9,7 @@ use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
 use spirv_std::glam::Vec3;
 
-/// Receives the deposits of a light path. What else it may ask to see of the way costs nothing where it does not.
+/// Receives the photons of a light path. What else it may ask to see of the way costs nothing where it does not.
 pub trait Receive {
     /// State of a path, which changes along it. A receiver on a GPU holds buffers and does not change: a compiler there may die of
     /// buffers that a loop carries.
@@ -24,17 +24,17 @@ pub trait Receive {
     /// The path leaves a surface with this flux (W).
     #[inline(always)]
     fn scatter(&mut self, _path_state: &mut Self::PathState, _departure: &BsdfSample, _flux: Vec3) {}
-    /// Takes one deposit.
-    fn receive(&mut self, path_state: &mut Self::PathState, geometry: DepositGeometry, light: DepositLight);
+    /// Takes one photon.
+    fn receive(&mut self, path_state: &mut Self::PathState, geometry: PhotonGeometry, light: PhotonLight);
 }
 
-/// Stores deposits for a gather.
+/// Stores photons for a gather.
 pub struct Store<'a> {
-    /// Slots of `deposit_geometry`.
-    pub geometry: Slots<'a, DepositGeometry>,
-    /// Slots of `deposit_light`.
-    pub light: Slots<'a, DepositLight>,
-    /// `deposit_state`.
+    /// Slots of `photon_geometry`.
+    pub geometry: Slots<'a, PhotonGeometry>,
+    /// Slots of `photon_light`.
+    pub light: Slots<'a, PhotonLight>,
+    /// `photon_state`.
     pub state: AtomicWords<'a>,
     /// `start_counts`: by texel, how many paths started from there; empty unless the emission learns.
     pub starts: AtomicWords<'a>,
@@ -43,17 +43,17 @@ pub struct Store<'a> {
 }
 
 impl Store<'_> {
-    /// Counts the deposits of a path that found no room.
+    /// Counts the photons of a path that found no room.
     #[inline(always)]
     pub fn close<C: Atomics>(&self, dropped: u32, counters: &mut C) {
         if dropped != 0 {
-            counters.add(Counter::DepositsDropped as u32, dropped);
+            counters.add(Counter::PhotonsDropped as u32, dropped);
         }
     }
 }
 
 impl Receive for Store<'_> {
-    /// Deposits of the path that found no room.
+    /// Photons of the path that found no room.
     type PathState = u32;
 
     #[inline(always)]
@@ -64,8 +64,8 @@ impl Receive for Store<'_> {
     }
 
     #[inline(always)]
-    fn receive(&mut self, dropped: &mut u32, geometry: DepositGeometry, light: DepositLight) {
-        let slot = self.state.add(DepositState::Stored as u32, 1);
+    fn receive(&mut self, dropped: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
+        let slot = self.state.add(PhotonState::Stored as u32, 1);
         if slot < self.capacity {
             self.geometry.write(slot, geometry);
             self.light.write(slot, light);

@@ -37,7 +37,7 @@ pub fn run(animation: &mut Animation, other: u32, title: &str) -> Compared {
     let (cpu, gpu) = animation.twin.records::<f32>("caustic_radiance");
     let mean = |layer: &[f32]| layer.iter().map(|&v| f64::from(v)).sum::<f64>() / layer.len() as f64;
     let means = [mean(&cpu), mean(&gpu)];
-    let reason = "0.2 % of the camera paths and of the light paths may diverge, and a deposit on a disc's bound is taken \
+    let reason = "0.2 % of the camera paths and of the light paths may diverge, and a photon on a disc's bound is taken \
                   by one runner only; what a point takes too much is reused";
     let tolerance = Tolerance::relative(0.01, means[0] as f32, reason).except(0.01, reason);
     let mut table = Table::new(title);

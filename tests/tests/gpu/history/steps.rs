@@ -9,14 +9,12 @@ use caustics_kernels::history::cells::WORDS;
 use caustics_kernels::history::resolve_history::RESOLVE_HISTORY;
 use caustics_kernels::history::validated::validate::VALIDATE;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::history::{
-    HistoryPoint, Reprojected, VALIDATION_DEPOSITS, ValidationDeposit,
-};
+use caustics_kernels::interface::history::{HistoryPoint, Reprojected, VALIDATION_PHOTONS, ValidationPhoton};
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::math::octahedral;
 use caustics_tests::compare::{Difference, Tolerance, floats, records, words};
 use caustics_tests::fields::Field;
-use caustics_tests::matching::Deposit;
+use caustics_tests::matching::Photon;
 use caustics_tests::table::Table;
 use caustics_tests::tremble::Paths;
 use caustics_tests::twin::Twin;
@@ -60,22 +58,22 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
     }
 }
 
-/// Validation paths, deposit by deposit, and the marks that they make.
+/// Validation paths, photon by photon, and the marks that they make.
 fn validate(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
-    let (cpu, gpu) = twin.records::<ValidationDeposit>("validation_deposits");
-    let stored = cpu.iter().filter(|deposit| deposit.flux > 0.0).count();
-    assert!(stored > 200, "only {stored} deposits");
+    let (cpu, gpu) = twin.records::<ValidationPhoton>("validation_photons");
+    let stored = cpu.iter().filter(|photon| photon.flux > 0.0).count();
+    assert!(stored > 200, "only {stored} photons");
     let fields = records(&cpu, &gpu, Tolerance::EXACT.except(2.0e-3, PATHS), |field| {
         let tolerance = if field.name == "flux" { FLUX } else { NEAR };
         tolerance.except(2.0e-3, PATHS)
     });
     let records = fields.iter().flat_map(|field| field.indices.iter());
-    let parted: BTreeSet<u32> = records.map(|&row| row as u32 / VALIDATION_DEPOSITS).collect();
+    let parted: BTreeSet<u32> = records.map(|&row| row as u32 / VALIDATION_PHOTONS).collect();
     let unexplained: Vec<_> =
         parted.iter().filter(|&&path| paths.explain_validation(path, diverges).is_none()).collect();
-    eprintln!("{stored} deposits of validation; diverging paths {parted:?}, unexplained {unexplained:?}");
+    eprintln!("{stored} photons of validation; diverging paths {parted:?}, unexplained {unexplained:?}");
     table.add("validate", fields);
-    let count = cpu.len() / VALIDATION_DEPOSITS as usize;
+    let count = cpu.len() / VALIDATION_PHOTONS as usize;
     table.add("validate", [all("diverging paths", count, parted.len(), 2.0e-3, PATHS)]);
     table.add("validate", [all("unexplained", count, unexplained.len(), 0.0, PATHS)]);
 
@@ -132,11 +130,11 @@ impl Cell {
 }
 
 /// Whether two versions of a path differ as the comparison forbids.
-fn diverges(a: &[Deposit], b: &[Deposit]) -> bool {
-    let row = |deposits: &[Deposit]| -> Vec<ValidationDeposit> {
-        let records = deposits.iter().take(VALIDATION_DEPOSITS as usize);
+fn diverges(a: &[Photon], b: &[Photon]) -> bool {
+    let row = |photons: &[Photon]| -> Vec<ValidationPhoton> {
+        let records = photons.iter().take(VALIDATION_PHOTONS as usize);
         records
-            .map(|(geometry, light)| ValidationDeposit {
+            .map(|(geometry, light)| ValidationPhoton {
                 position: geometry.position,
                 flux: light.flux.element_sum(),
                 instance: geometry.instance,

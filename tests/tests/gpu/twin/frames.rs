@@ -53,7 +53,7 @@ fn image_means_agree_within_three_sigma() {
 #[test]
 fn image_means_agree_under_every_kind_of_light() {
     let mut under_a_sky = open_air().build();
-    let texel = |place: u32| Vec3::splat(if place == 13 { 5.0 } else { 0.02 * (16 - place / 8) as f32 });
+    let texel = |index: u32| Vec3::splat(if index == 13 { 5.0 } else { 0.02 * (16 - index / 8) as f32 });
     let sky = EnvironmentMap::new(8, 4, (0..32).map(texel).collect());
     under_a_sky.set_environment(sky).expect("the sky is sound");
     image_means_agree(&[

@@ -8,7 +8,7 @@ use caustics_kernels::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
 use caustics_kernels::interface::balance::Balance;
 use caustics_kernels::interface::frame::FrameParams;
-use caustics_kernels::interface::point::{DepositGeometry, PointGeometry};
+use caustics_kernels::interface::point::{PhotonGeometry, PointGeometry};
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
 use caustics_kernels::method::frame as gather;
@@ -24,7 +24,7 @@ use super::paths;
 pub const NEAR: Tolerance =
     Tolerance::relative(1.0e-4, 1.0, "the rule for twins: a pass amplifies ulps, but not beyond 1e-4");
 
-/// A frame of `photons-grid` step by step, then the other gathers over the same points and deposits.
+/// A frame of `photons-grid` step by step, then the other gathers over the same points and photons.
 pub fn all(twin: &mut Twin, scene: &Scene, hardware: bool, table: &mut Table) {
     // Two frames, the second of which knows of the first.
     let first = twin.params;
@@ -81,8 +81,8 @@ fn emissions(twin: &mut Twin, scene: &Scene, table: &mut Table) {
     }
 }
 
-/// The steps of a gather over the points and deposits at hand.
-fn over_deposits(variant: &'static Variant, params: &FrameParams) -> Vec<Step> {
+/// The steps of a gather over the points and photons at hand.
+fn over_photons(variant: &'static Variant, params: &FrameParams) -> Vec<Step> {
     let mut steps = vec![Step::Clear { buffer: "accumulator" }, Step::Clear { buffer: "counters" }];
     steps.extend(gather::prepare(variant, params));
     steps.extend(gather::exchange(variant, params));
@@ -92,7 +92,7 @@ fn over_deposits(variant: &'static Variant, params: &FrameParams) -> Vec<Step> {
 /// Builds and gathers on both, each in its own order, and compares the sums.
 fn gathers(twin: &mut Twin, variant: &'static Variant, table: &mut Table) {
     let params = twin.params;
-    let steps = over_deposits(variant, &params);
+    let steps = over_photons(variant, &params);
     twin.copy_to_gpu(&steps);
     twin.run(&params, &steps);
     table.add(variant.gather.name, sums(twin, &params));
@@ -158,7 +158,7 @@ fn one(twin: &mut Twin, scene: &Scene, emission: &'static Emission, step: Step, 
     }
 }
 
-/// The sums of a gather. Counts may differ only at points with a deposit on the very bound of what they take.
+/// The sums of a gather. Counts may differ only at points with a photon on the very bound of what they take.
 fn sums(twin: &mut Twin, params: &FrameParams) -> Vec<Difference> {
     let (cpu, gpu) = twin.records::<u32>("accumulator");
     let read = |words: &[u32]| {
@@ -167,7 +167,7 @@ fn sums(twin: &mut Twin, params: &FrameParams) -> Vec<Difference> {
     };
     let ((cpu_sums, cpu_counts), (gpu_sums, gpu_counts)) = (read(&cpu), read(&gpu));
     let bound = Tolerance::EXACT.except(1.0e-3, "pairs within 1e-5 of the disc's bound");
-    let counts = words("deposits", 1, &cpu_counts, &gpu_counts, bound);
+    let counts = words("photons", 1, &cpu_counts, &gpu_counts, bound);
     let unexplained = on_the_bound(twin, &counts.indices);
     let total = |counts: &[u32]| counts.iter().sum::<u32>();
     assert!(total(&cpu_counts) > 5000, "the frame has a caustic: {}", total(&cpu_counts));
@@ -181,29 +181,29 @@ fn sums(twin: &mut Twin, params: &FrameParams) -> Vec<Difference> {
     ]
 }
 
-/// Of these pixels those without a deposit within 1e-5 of what decides whether it is taken.
+/// Of these pixels those without a photon within 1e-5 of what decides whether it is taken.
 fn on_the_bound(twin: &mut Twin, pixels: &[usize]) -> usize {
     let (points, _) = twin.records::<PointGeometry>("point_geometry");
-    let (deposits, _) = twin.records::<DepositGeometry>("deposit_geometry");
+    let (photons, _) = twin.records::<PhotonGeometry>("photon_geometry");
     let near = |a: f32, b: f32| (a - b).abs() <= 1.0e-5 * b;
-    let decides = |point: &PointGeometry, deposit: &DepositGeometry| {
-        let along = deposit.position - point.position;
-        let normals = point.normal + deposit.normal;
+    let decides = |point: &PointGeometry, photon: &PhotonGeometry| {
+        let along = photon.position - point.position;
+        let normals = point.normal + photon.normal;
         let limit = DISC_THICKNESS * point.radius * normals.length();
         near(along.length(), point.radius)
-            || near(point.normal.dot(deposit.normal), MIN_NORMAL_COS)
+            || near(point.normal.dot(photon.normal), MIN_NORMAL_COS)
             || (near(along.dot(normals).abs(), limit) && along.length() < 1.01 * point.radius)
     };
-    let has = |&&pixel: &&usize| !deposits.iter().any(|deposit| decides(&points[pixel], deposit));
+    let has = |&&pixel: &&usize| !photons.iter().any(|photon| decides(&points[pixel], photon));
     pixels.iter().filter(has).count()
 }
 
-/// Gathers by ray queries against one in software over the same deposits on the same device, and against the CPU's.
+/// Gathers by ray queries against one in software over the same photons on the same device, and against the CPU's.
 fn by_ray_queries(twin: &mut Twin, table: &mut Table) {
     let params = twin.params;
     let (cpu, _) = twin.records::<u32>("accumulator");
     let mut run = |variant| {
-        let steps = over_deposits(variant, &params);
+        let steps = over_photons(variant, &params);
         twin.copy_to_gpu(&steps);
         twin.gpu.run(&params, &steps).expect("the GPU runs the steps and the validation layer is silent");
         twin::records::<u32>(&mut *twin.gpu, "accumulator")

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 
 use caustics::scene::Scene;
-use caustics_kernels::interface::counters::DepositState;
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::interface::counters::PhotonState;
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::pass::collect::Collected;
 use caustics_tests::compare::{Difference, Tolerance, floats, records, words};
 use caustics_tests::fields::Field;
-use caustics_tests::matching::{Deposit, pair};
+use caustics_tests::matching::{Photon, pair};
 use caustics_tests::table::Table;
 use caustics_tests::tremble::Paths;
 use caustics_tests::twin::Twin;
@@ -23,7 +23,7 @@ const RATIOS: Tolerance =
     Tolerance::relative(1.0e-3, 0.0, "curved vertices and grazing cosines amplify ulps along a path");
 /// Parts of one.
 const SHARES: Tolerance = Tolerance { absolute: RATIOS.relative, relative: 0.0, ..RATIOS };
-/// Distance within which deposits are the same (m): a tenth of a typical radius of a point.
+/// Distance within which photons are the same (m): a tenth of a typical radius of a point.
 const REACH: f32 = 1.0e-3;
 /// Divergences that are printed.
 const PRINTED: usize = 12;
@@ -84,25 +84,25 @@ fn diverges(a: &Collected, b: &Collected) -> bool {
     geometry.iter().chain(&shading).chain([&radiance]).any(|difference| difference.exceeding > 0)
 }
 
-/// Light paths, deposit by deposit.
+/// Light paths, photon by photon.
 pub fn shoot(twin: &mut Twin, paths: Paths<'_>, name: &str, table: &mut Table) {
-    let (cpu_state, gpu_state) = twin.records::<u32>("deposit_state");
-    let (cpu_geometry, gpu_geometry) = twin.records::<DepositGeometry>("deposit_geometry");
-    let (cpu_light, gpu_light) = twin.records::<DepositLight>("deposit_light");
-    let stored = |state: &[u32]| state[DepositState::Stored as usize] as usize;
-    let zip = |geometry: Vec<DepositGeometry>, light: Vec<DepositLight>, count| -> Vec<Deposit> {
+    let (cpu_state, gpu_state) = twin.records::<u32>("photon_state");
+    let (cpu_geometry, gpu_geometry) = twin.records::<PhotonGeometry>("photon_geometry");
+    let (cpu_light, gpu_light) = twin.records::<PhotonLight>("photon_light");
+    let stored = |state: &[u32]| state[PhotonState::Stored as usize] as usize;
+    let zip = |geometry: Vec<PhotonGeometry>, light: Vec<PhotonLight>, count| -> Vec<Photon> {
         geometry.into_iter().zip(light).take(count).collect()
     };
     let cpu = zip(cpu_geometry, cpu_light, stored(&cpu_state));
     let gpu = zip(gpu_geometry, gpu_light, stored(&gpu_state));
 
-    // The paths of the CPU's deposits, which its runner stores in any order.
+    // The paths of the CPU's photons, which its runner stores in any order.
     let known = paths.starts_are_known();
-    let traced = if known { paths.deposits() } else { (0..).zip(cpu.iter().copied()).collect() };
-    let by_path: Vec<_> = traced.iter().map(|(_, deposit)| *deposit).collect();
+    let traced = if known { paths.photons() } else { (0..).zip(cpu.iter().copied()).collect() };
+    let by_path: Vec<_> = traced.iter().map(|(_, photon)| *photon).collect();
     assert!(sorted(&by_path) == sorted(&cpu), "the CPU runner stores what its kernels deposit");
 
-    // Paths diverge that lose a deposit, or whose deposit moves, turns, or changes its flux too far.
+    // Paths diverge that lose a photon, or whose photon moves, turns, or changes its flux too far.
     let matching = pair(&by_path, &gpu, REACH);
     let partners: Vec<_> = matching.pairs.iter().map(|&(left, right)| (by_path[left], gpu[right])).collect();
     let fields = compare(&partners, |tolerance| but_for_some(paths.scene, tolerance));
@@ -120,13 +120,13 @@ pub fn shoot(twin: &mut Twin, paths: Paths<'_>, name: &str, table: &mut Table) {
     }
     table.add(name, fields);
     let lost = matching.left.len().max(matching.right.len()) + exceeding.len();
-    table.add(name, summary(paths.scene, "deposits", cpu.len(), lost, unexplained));
+    table.add(name, summary(paths.scene, "photons", cpu.len(), lost, unexplained));
 }
 
 /// Compares partners field by field, by what is made of each field's tolerance.
-fn compare(partners: &[(Deposit, Deposit)], allow: impl Fn(Tolerance) -> Tolerance) -> Vec<Difference> {
+fn compare(partners: &[(Photon, Photon)], allow: impl Fn(Tolerance) -> Tolerance) -> Vec<Difference> {
     let (left, right): (Vec<_>, Vec<_>) = partners.iter().copied().unzip();
-    let split = |deposits: Vec<Deposit>| deposits.into_iter().unzip::<_, _, Vec<_>, Vec<_>>();
+    let split = |photons: Vec<Photon>| photons.into_iter().unzip::<_, _, Vec<_>, Vec<_>>();
     let ((geometry, light), (other_geometry, other_light)) = (split(left), split(right));
     let tolerance = |field: &Field| allow(path_field(field.name));
     let mut all = records(&geometry, &other_geometry, Tolerance::EXACT, tolerance);
@@ -135,18 +135,18 @@ fn compare(partners: &[(Deposit, Deposit)], allow: impl Fn(Tolerance) -> Toleran
 }
 
 /// Whether two versions of a light path are as far apart as the comparison forbids.
-fn diverges_with_light(a: &[Deposit], b: &[Deposit]) -> bool {
+fn diverges_with_light(a: &[Photon], b: &[Photon]) -> bool {
     let matching = pair(a, b, REACH);
     let partners: Vec<_> = matching.pairs.iter().map(|&(left, right)| (a[left], b[right])).collect();
     let lost = matching.left.len() + matching.right.len();
     lost > 0 || compare(&partners, |tolerance| tolerance).iter().any(|difference| difference.exceeding > 0)
 }
 
-/// Deposits in an order of their own.
-fn sorted(deposits: &[Deposit]) -> Vec<Vec<u8>> {
+/// Photons in an order of their own.
+fn sorted(photons: &[Photon]) -> Vec<Vec<u8>> {
     let bytes =
-        |(geometry, light): &Deposit| [bytemuck::bytes_of(geometry), bytemuck::bytes_of(light)].concat();
-    let mut all: Vec<_> = deposits.iter().map(bytes).collect();
+        |(geometry, light): &Photon| [bytemuck::bytes_of(geometry), bytemuck::bytes_of(light)].concat();
+    let mut all: Vec<_> = photons.iter().map(bytes).collect();
     all.sort();
     all
 }

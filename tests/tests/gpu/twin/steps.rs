@@ -21,7 +21,7 @@ const RATIO: Tolerance = Tolerance::relative(1.0e-4, 0.0, "the rule for twins, o
 const SHONE_BY_TEXELS: Tolerance = Tolerance::relative(
     1.0e-3,
     0.0,
-    "beside a bright texel the ulps of a place are more of what a dark one shines",
+    "beside a bright texel the ulps of a point are more of what a dark one shines",
 );
 
 /// Uniform numbers bit for bit, warps of them.

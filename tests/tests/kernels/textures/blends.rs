@@ -125,7 +125,7 @@ fn light_paths_pass_layers_by_the_product_of_their_shares() {
     }
 }
 
-/// A pair of numbers for each of many places in a sequence.
+/// A pair of numbers for each of many positions in a sequence.
 type Pairs<'a> = &'a dyn Fn(u32) -> (f32, f32);
 
 /// Chi squared of pairs in cells: independent and uniform to an error of 1e-5, or not.

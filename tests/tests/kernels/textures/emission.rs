@@ -87,7 +87,7 @@ fn flux_is_that_of_the_mean_texel() {
         assert_eq!(features.has(Features::CUT_OUTS), alpha == Alpha::Holes);
         assert_eq!(features.has(Features::BLENDS), alpha == Alpha::Blends);
         let expected = PI * mean;
-        // The host's mean has places half a texel apart: the midpoint rule on straight pieces, and on holes cut by
+        // The host's mean has positions half a texel apart: the midpoint rule on straight pieces, and on holes cut by
         // the diagonal.
         let table = f64::from(scene.flux.x);
         assert!((table / expected - 1.0).abs() < 5e-3, "table {table}, expected {expected}");
@@ -120,13 +120,13 @@ fn connections_and_light_paths_agree() {
         let sampled: Vec<f64> = (0..200_000)
             .map(|path| {
                 let mut rng = Rng::new(Stream::Camera, 6, path, 0);
-                let place = low + (high - low) * rng.next4().truncate();
+                let position = low + (high - low) * rng.next4().truncate();
                 let light_sample = LightCandidates::ONE.sample_light(
                     0,
                     scene.tables(),
                     scene.lights.len() as u32,
                     features,
-                    place,
+                    position,
                     rng.next4(),
                 );
                 f64::from(light_sample.radiance_over_pdf.x * light_sample.to_light.y.max(0.0))

@@ -42,7 +42,7 @@ fn flat_normal_maps_change_no_bit() {
     let (plain, flat) = (image(&plain), image(&flat));
     assert!(plain == flat);
     let tilted = image(&bumped(Some([150, 128, 252, 255])));
-    assert!(tilted != plain && plain.deposits.iter().sum::<f32>() > 50.0, "the test has lost its subject");
+    assert!(tilted != plain && plain.photons.iter().sum::<f32>() > 50.0, "the test has lost its subject");
 }
 
 /// Tilt of `tilted`'s normals (rad): by its bytes.
@@ -81,14 +81,14 @@ fn a_leaning_mirror_scales_flux_by_the_adjoint_factor() {
     let settings =
         Settings { width: 8, height: 8, light_paths: 10_000, max_bounces: 2, ..Settings::default() };
     let (world, beam) = (World::new(&scene, &settings), slanting_beam());
-    let deposits = world.shoot(&beam);
-    let ratio = deposits.flux().map(|(_, flux)| flux).sum::<f64>() / beam.area();
+    let photons = world.shoot(&beam);
+    let ratio = photons.flux().map(|(_, flux)| flux).sum::<f64>() / beam.area();
     let tilt = f64::from(TILT.0).atan2(f64::from(TILT.1));
     assert!((tilt.to_degrees() - 30.0).abs() < 0.3);
     let (arriving, leaving) = (60_f64.to_radians(), 2.0 * tilt - 60_f64.to_radians());
     let expected = (arriving - tilt).cos() * leaving.cos() / (arriving.cos() * (tilt - leaving).cos());
     println!("mirror: {ratio:.5}, expected {expected:.5}; it would be 1 without the factor");
-    assert!(deposits.len() == 10_000 && (ratio / expected - 1.0).abs() < 1e-4, "{ratio} {expected}");
+    assert!(photons.len() == 10_000 && (ratio / expected - 1.0).abs() < 1e-4, "{ratio} {expected}");
 }
 
 /// The same of a Lambertian: its radiance is albedo / pi cos 30 towards all that both normals face, whose projected
@@ -119,8 +119,8 @@ fn a_leaning_lambertian_scatters_by_its_own_normal() {
                 caustics: Caustics::Any,
                 ..Settings::default()
             };
-            let deposits = World::new(&scene, &settings).shoot(&beam);
-            deposits.flux().map(|(_, flux)| flux).sum::<f64>() / beam.area()
+            let photons = World::new(&scene, &settings).shoot(&beam);
+            photons.flux().map(|(_, flux)| flux).sum::<f64>() / beam.area()
         })
         .collect();
     let (ratio, error) = mean_and_error(&ratios);

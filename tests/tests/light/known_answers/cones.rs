@@ -148,8 +148,8 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
         let receiving = f64::from(collected.point.shading.to_viewer.dot(collected.point.geometry.normal));
         let width = f64::from(collected.point.geometry.radius) * (PI * receiving).sqrt();
 
-        let place = |count| traced(chief, &events[..count]).origin;
-        let length = screen + (1..=events.len()).map(|k| place(k).distance(place(k - 1))).sum::<f64>();
+        let position = |count| traced(chief, &events[..count]).origin;
+        let length = screen + (1..=events.len()).map(|k| position(k).distance(position(k - 1))).sum::<f64>();
 
         // Finite differences at the same distance behind the last event.
         let (_, normal) = events[0].0.hit(chief);

@@ -4,7 +4,7 @@ use caustics::settings::Settings;
 use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::math::rng::Rng;
 use caustics_kernels::pass::shoot::receive::Receive;
@@ -68,10 +68,10 @@ fn a_prism_bends_each_channel_by_its_index() {
     };
     let paths = 200_000;
     let world = World::new(&scene, &Settings { max_bounces: 3, ..settings(8, 8, paths) });
-    let deposits = world.shoot(&beam);
+    let photons = world.shoot(&beam);
     let mut shares = [0.0; 3];
     let mut turns = [0.0; 3];
-    for (geometry, light) in deposits.geometry.iter().zip(&deposits.light) {
+    for (geometry, light) in photons.geometry.iter().zip(&photons.light) {
         if geometry.scatterings != 2 {
             continue;
         }
@@ -152,9 +152,9 @@ fn light_of_one_channel_stays_whole() {
     b.colored_light(DVec3::new(0.0, 2.0, 0.0), Vec3::new(0.0, 0.0, 1.0));
     let scene = b.build();
     let world = World::new(&scene, &settings(8, 8, 20_000));
-    let deposits = world.shoot(&world.by_power());
-    assert!(deposits.len() > 200);
-    assert!(deposits.light.iter().all(|light| light.flux.x == 0.0 && light.flux.y == 0.0));
+    let photons = world.shoot(&world.by_power());
+    assert!(photons.len() > 200);
+    assert!(photons.light.iter().all(|light| light.flux.x == 0.0 && light.flux.y == 0.0));
 }
 
 /// What is emitted is absorbed, or escapes: parting channels neither makes light nor loses any, path by path.
@@ -208,7 +208,7 @@ impl Receive for Images {
         path_state.1 += u32::from(departure.sampled.transmitted);
     }
 
-    fn receive(&mut self, path_state: &mut (Vec3, u32), geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, path_state: &mut (Vec3, u32), geometry: PhotonGeometry, light: PhotonLight) {
         if (geometry.scatterings, path_state.1) == (2, 2) {
             let channel = (0..3).find(|&channel| light.flux[channel] > 0.0).expect("it carries light");
             assert_eq!(light.flux[channel], light.flux.element_sum(), "a path has one channel");
@@ -278,7 +278,7 @@ fn a_highlight_on_dispersive_glass_has_its_hue_after_32_frames() {
     let (side, middle) = (64, (0.5_f64, 0.0));
     let settings = Settings { pixel_filter: PIXEL_FILTER_BOX, ..settings(side, side, 1) };
     let frames = render(&scene, &settings, "photons-grid", None, 0, 32);
-    // The pixels around the place of mirror reflection, where the lamp's image covers 14 x 11.
+    // The pixels around the point of mirror reflection, where the lamp's image covers 14 x 11.
     let scale = 0.5 * f64::from(side) / (0.5_f64 * 0.45).tan();
     let (column, row) = (
         0.5 * f64::from(side) + scale * middle.0 / (6.0 - 0.75_f64.sqrt()),

@@ -5,7 +5,7 @@ use caustics_kernels::gather::accumulator::Sum;
 use caustics_kernels::gather::contribution::takes;
 use caustics_kernels::gather::variant::{BRUTE, PHOTONS_GRID};
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use super::{above_a_floor, near, settings};
 
-/// O7 by the kernels' own gather and resolve: points in the plane z = 0 over deposits of density `flux(x, y)` per
+/// O7 by the kernels' own gather and resolve: points in the plane z = 0 over photons of density `flux(x, y)` per
 /// area in [-1, 1]^2, arriving straight. Mean of pi L / albedo over the points and its standard error.
 fn estimated(radius: f32, at: impl Fn(u32) -> (f32, f32), flux: impl Fn(f32, f32) -> f32) -> (f64, f64) {
     estimated_by(radius, at, |u, v| {
@@ -23,7 +23,7 @@ fn estimated(radius: f32, at: impl Fn(u32) -> (f32, f32), flux: impl Fn(f32, f32
     })
 }
 
-/// The same over deposits that `path` makes of two uniform numbers: where, and their flux over density.
+/// The same over photons that `path` makes of two uniform numbers: where, and their flux over density.
 fn estimated_by(
     radius: f32,
     at: impl Fn(u32) -> (f32, f32),
@@ -53,21 +53,21 @@ fn estimated_by(
     let shadings = vec![shading; points.len()];
     let values: Vec<f64> = (0..batches)
         .map(|batch| {
-            let mut deposits = Deposits::default();
+            let mut photons = Photons::default();
             for id in 0..count {
                 let u = Rng::new(Stream::Light, 3, id, batch).next4();
                 let (x, y, flux) = path(u.x, u.y);
-                let geometry = DepositGeometry {
+                let geometry = PhotonGeometry {
                     position: Vec3::new(x, y, 0.0),
                     scatterings: 1,
                     normal: Vec3::Z,
                     instance: 0,
                 };
                 let flux = Vec3::splat(flux / count as f32);
-                deposits.push(geometry, DepositLight { to_light: Vec3::Z, flux, ..DepositLight::default() });
+                photons.push(geometry, PhotonLight { to_light: Vec3::Z, flux, ..PhotonLight::default() });
             }
             let features = Features::RECEIVERS;
-            let words = gather(&PHOTONS_GRID, &points, &shadings, &deposits, &materials, features, &params);
+            let words = gather(&PHOTONS_GRID, &points, &shadings, &photons, &materials, features, &params);
             assert!(words.iter().any(|&word| word != 0));
             mean_of(&resolved(&points, &shadings, &words, &params)) * PI / f64::from(albedo)
         })
@@ -97,18 +97,18 @@ fn disc_estimates_as_its_bias_says() {
     }
 }
 
-/// How many of the deposits (1 W each, on Lambert) each point takes.
-fn taken(points: &[PointGeometry], deposits: &[DepositGeometry]) -> Vec<u32> {
+/// How many of the photons (1 W each, on Lambert) each point takes.
+fn taken(points: &[PointGeometry], photons: &[PhotonGeometry]) -> Vec<u32> {
     let mut b = above_a_floor();
     b.light(DVec3::Y, 1.0);
     let scene = b.build();
     let mut params = World::new(&scene, &settings(points.len() as u32, 1, 1)).params;
     params.cell_mask = (1 << 12) - 1;
-    let mut all = Deposits::default();
-    for geometry in deposits {
+    let mut all = Photons::default();
+    for geometry in photons {
         all.push(
             *geometry,
-            DepositLight { to_light: geometry.normal, flux: Vec3::ONE, ..DepositLight::default() },
+            PhotonLight { to_light: geometry.normal, flux: Vec3::ONE, ..PhotonLight::default() },
         );
     }
     let shading = |point: &PointGeometry| PointShading {
@@ -123,7 +123,7 @@ fn taken(points: &[PointGeometry], deposits: &[DepositGeometry]) -> Vec<u32> {
     (0..points.len() as u32).map(|pixel| Sum::read(&words, pixel, 1.0).1).collect()
 }
 
-/// Points or deposits spread over 2 x 2 m about `centre`, on a face with this normal.
+/// Points or photons spread over 2 x 2 m about `centre`, on a face with this normal.
 fn face(count: u32, purpose: u32, centre: Vec3, normal: Vec3) -> Vec<(Vec3, Vec3)> {
     let (right, up) = normal.any_orthonormal_pair();
     (0..count)
@@ -138,9 +138,9 @@ fn points_on(face: Vec<(Vec3, Vec3)>, radius: f32) -> Vec<PointGeometry> {
     face.into_iter().map(|(position, normal)| PointGeometry { position, radius, normal, depth: 1 }).collect()
 }
 
-fn deposits_on(face: Vec<(Vec3, Vec3)>) -> Vec<DepositGeometry> {
-    let deposit = |(position, normal)| DepositGeometry { position, scatterings: 1, normal, instance: 0 };
-    face.into_iter().map(deposit).collect()
+fn photons_on(face: Vec<(Vec3, Vec3)>) -> Vec<PhotonGeometry> {
+    let photon = |(position, normal)| PhotonGeometry { position, scatterings: 1, normal, instance: 0 };
+    face.into_iter().map(photon).collect()
 }
 
 /// Neither through a wall of half a radius, whose sides face apart, nor through a shelf half a radius above, which
@@ -149,8 +149,8 @@ fn deposits_on(face: Vec<(Vec3, Vec3)>) -> Vec<DepositGeometry> {
 fn discs_take_no_light_through_walls_and_round_corners() {
     let radius = 0.2;
     let points = || points_on(face(200, 0, Vec3::ZERO, Vec3::Z), radius);
-    let light = |centre: Vec3, normal: Vec3| deposits_on(face(20_000, 1, centre, normal));
-    let max_taken = |deposits: &[DepositGeometry]| taken(&points(), deposits).into_iter().max().unwrap();
+    let light = |centre: Vec3, normal: Vec3| photons_on(face(20_000, 1, centre, normal));
+    let max_taken = |photons: &[PhotonGeometry]| taken(&points(), photons).into_iter().max().unwrap();
     assert!(max_taken(&light(Vec3::ZERO, Vec3::Z)) > 500, "the test has lost its subject");
     assert_eq!(max_taken(&light(Vec3::new(0.0, 0.0, -0.5 * radius), Vec3::NEG_Z)), 0, "through a wall");
     assert_eq!(max_taken(&light(Vec3::ZERO, Vec3::NEG_Z)), 0, "through a sheet of no thickness");
@@ -175,14 +175,14 @@ fn wall_of_half_a_radius_lets_no_caustic_through() {
     assert!(centre > 0.04, "the wall is 0.02 m thick, discs have {centre} m");
     assert!(mean_of(&lit.caustics) > 1e-3, "the test has lost its subject");
     assert!(dark.caustics.iter().all(|value| *value == Vec3::ZERO));
-    assert!(dark.deposits.iter().all(|count| *count == 0.0), "deposits behind the wall are taken");
+    assert!(dark.photons.iter().all(|count| *count == 0.0), "photons behind the wall are taken");
     assert!(dark.path.iter().all(|value| *value == Vec3::ZERO));
 }
 
 /// Irradiance over truth on a cylinder of radius 1 with `facets` under smooth normals, by discs of 0.05; mean over
-/// points anywhere on it and its standard error (from batches of deposits).
+/// points anywhere on it and its standard error (from batches of photons).
 fn on_facets(facets: u32) -> (f64, f64) {
-    let place = |around: f64, y: f64| {
+    let surface_point = |around: f64, y: f64| {
         let step = 2.0 * PI / f64::from(facets);
         let left = (around * f64::from(facets)).floor() * step;
         let at = |angle: f64| DVec3::new(angle.cos(), 0.0, angle.sin());
@@ -195,7 +195,7 @@ fn on_facets(facets: u32) -> (f64, f64) {
     let points: Vec<_> = (0..200)
         .map(|id| {
             let u = Rng::new(Stream::Camera, 11, id, facets).next4();
-            let (position, normal) = place(f64::from(u.x), 0.6 * f64::from(u.z) - 0.3);
+            let (position, normal) = surface_point(f64::from(u.x), 0.6 * f64::from(u.z) - 0.3);
             PointGeometry { position, radius: 0.05, normal, depth: 1 }
         })
         .collect();
@@ -208,9 +208,9 @@ fn on_facets(facets: u32) -> (f64, f64) {
             for path in 0..count {
                 let around = (f64::from(shift.x) + f64::from(path) * 0.754_877_666_246_692_8).fract();
                 let y = (f64::from(shift.y) + f64::from(path) * 0.569_840_290_998_053_3).fract();
-                let (position, normal) = place(around, y - 0.5);
-                let deposit = DepositGeometry { position, scatterings: 1, normal, instance: 0 };
-                taken += points.iter().map(|point| u32::from(takes(point, &deposit, 5))).sum::<u32>();
+                let (position, normal) = surface_point(around, y - 0.5);
+                let photon = PhotonGeometry { position, scatterings: 1, normal, instance: 0 };
+                taken += points.iter().map(|point| u32::from(takes(point, &photon, 5))).sum::<u32>();
             }
             f64::from(taken) / 200.0 / f64::from(count) * area / (PI * 0.05 * 0.05)
         })
@@ -229,12 +229,12 @@ fn disc_loses_nothing_on_smooth_normals_over_facets() {
 fn pixels_without_a_point_take_nothing() {
     let points = vec![PointGeometry::default(); 4];
     let shadings = vec![PointShading::default(); 4];
-    let mut deposits = Deposits::default();
-    deposits.push(DepositGeometry::default(), DepositLight::default());
+    let mut photons = Photons::default();
+    photons.push(PhotonGeometry::default(), PhotonLight::default());
     let scene = above_a_floor().build();
     let world = World::new(&scene, &settings(2, 2, 1));
     let (materials, features) = (&scene.materials, world.features);
-    let words = gather(&BRUTE, &points, &shadings, &deposits, materials, features, &world.params);
+    let words = gather(&BRUTE, &points, &shadings, &photons, materials, features, &world.params);
     assert!(words.iter().all(|&word| word == 0));
     assert_eq!(Sum::read(&words, 3, 1.0), (Vec3::ZERO, 0));
 }

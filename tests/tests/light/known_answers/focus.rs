@@ -47,8 +47,8 @@ fn by_parabola(count: u32) -> Vec<(f64, f64)> {
         round: false,
         irradiance: 1.0,
     };
-    let deposits = world.shoot(&beam);
-    let focused = deposits.flux().filter(|(g, _)| g.scatterings == 1);
+    let photons = world.shoot(&beam);
+    let focused = photons.flux().filter(|(g, _)| g.scatterings == 1);
     focused.map(|(g, flux)| ((g.position.as_dvec3() - DVec3::Y).length(), 200_000.0 * flux)).collect()
 }
 
@@ -122,8 +122,8 @@ fn by_ellipse(segments: u32, catcher: f64) -> (f64, f64) {
     let scene = b.build();
     let paths = 200_000;
     let world = World::new(&scene, &settings(8, 8, paths));
-    let deposits = world.shoot(&world.by_power());
-    let caught: Vec<(f64, f64)> = deposits
+    let photons = world.shoot(&world.by_power());
+    let caught: Vec<(f64, f64)> = photons
         .flux()
         .filter(|(g, _)| g.scatterings == 1)
         .map(|(_, flux)| (0.0, f64::from(paths) * flux))

@@ -3,7 +3,7 @@
 use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::interface::point::DepositGeometry;
+use caustics_kernels::interface::point::PhotonGeometry;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
@@ -21,9 +21,9 @@ pub fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(
         round: false,
         irradiance: 1.0,
     };
-    let deposits = world.shoot(&beam);
-    let on_floor = |g: &DepositGeometry| g.position.y < -1.99 && filter(g.scatterings);
-    let flux: f64 = deposits.flux().filter(|(g, _)| on_floor(g)).map(|(_, flux)| flux).sum();
+    let photons = world.shoot(&beam);
+    let on_floor = |g: &PhotonGeometry| g.position.y < -1.99 && filter(g.scatterings);
+    let flux: f64 = photons.flux().filter(|(g, _)| on_floor(g)).map(|(_, flux)| flux).sum();
     let share = flux / beam.area();
     (share, (share * (1.0 - share) / f64::from(paths)).sqrt())
 }
@@ -180,14 +180,14 @@ fn glass_sphere_transmits_and_focuses_parallel_light() {
         round: true,
         irradiance: 1.0,
     };
-    let deposits = world.shoot(&beam);
+    let photons = world.shoot(&beam);
     let share = |keep: &dyn Fn(Vec3) -> bool| {
-        let inside = deposits.flux().filter(|(g, _)| g.scatterings == 2 && keep(g.position));
+        let inside = photons.flux().filter(|(g, _)| g.scatterings == 2 && keep(g.position));
         let share = inside.map(|(_, flux)| flux).sum::<f64>() / PI;
         (share, (share * (1.0 - share) / f64::from(paths)).sqrt())
     };
     near("glass sphere, two refractions", share(&|_| true), 0.8355, 1e-3);
-    let all: f64 = deposits.flux().map(|(_, flux)| flux).sum::<f64>() / PI;
+    let all: f64 = photons.flux().map(|(_, flux)| flux).sum::<f64>() / PI;
     near("glass sphere, all that arrives anywhere", (all, 0.0), 1.0, 1e-3);
 
     // Within circles on the floor 1.2 R below the centre, in front of the focus at 1.5 R.
@@ -215,8 +215,8 @@ fn light_that_starts_inside_of_glass_is_absorbed() {
     let scene = b.build();
     let paths = 400_000;
     let world = World::new(&scene, &Settings { max_bounces: 12, ..settings(8, 8, paths) });
-    let deposits = world.shoot(&world.by_power());
-    let flux: f64 = deposits.flux().map(|(_, flux)| flux).sum();
+    let photons = world.shoot(&world.by_power());
+    let flux: f64 = photons.flux().map(|(_, flux)| flux).sum();
     let (a, r) = ((-0.8_f64).exp(), 0.04);
     let expected = (1.0 - r) * a / (1.0 - r * a * a);
     let share = flux / (4.0 * PI);

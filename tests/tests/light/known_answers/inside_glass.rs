@@ -123,13 +123,13 @@ fn an_eye_below_the_surface_of_water_sees_n_squared_of_the_lamp_that_passes() {
     near("water", seen, 1.0, 1e-4);
 }
 
-/// A block of glass, on a node of this place, around an eye at (5, 0.2, 0.3).
-fn on_a_node(place: Value, moves: bool, copies: u64) -> Scene {
+/// A block of glass, on a node of this transform, around an eye at (5, 0.2, 0.3).
+fn on_a_node(transform: Value, moves: bool, copies: u64) -> Scene {
     let mut document = Document::default();
     let solid = document.material(document::glass(1.5));
     let primitive = document.block(solid, DVec3::NEG_ONE, DVec3::ONE, false);
     let mesh = document.mesh(&[primitive]);
-    let mut below = place;
+    let mut below = transform;
     below["mesh"] = json!(mesh);
     let nodes = document.json["nodes"].as_array_mut().expect("nodes");
     nodes.push(below);
@@ -147,7 +147,7 @@ fn on_a_node(place: Value, moves: bool, copies: u64) -> Scene {
 
 #[test]
 fn an_eye_in_a_block_that_is_an_instance_sees_what_one_in_a_copy_does() {
-    let places = [
+    let transforms = [
         ("as it is", json!({})),
         ("mirrored", json!({ "scale": [-1.0, 1.0, 1.0] })),
         ("mirrored twice", json!({ "scale": [-1.0, -1.0, 1.0] })),
@@ -155,7 +155,7 @@ fn an_eye_in_a_block_that_is_an_instance_sees_what_one_in_a_copy_does() {
         ("turned by half", json!({ "rotation": [1.0, 0.0, 0.0, 0.0] })),
         ("stretched and mirrored", json!({ "scale": [2.0, -1.5, 1.2] })),
     ];
-    for (place, node) in places {
+    for (transform, node) in transforms {
         for (placement, moves, copies) in
             [("copied", false, u64::MAX), ("stored once", false, 0), ("moving", true, 0)]
         {
@@ -164,7 +164,7 @@ fn an_eye_in_a_block_that_is_an_instance_sees_what_one_in_a_copy_does() {
             assert_eq!(is_instance, placement != "copied");
             scene.set_environment(EnvironmentMap::constant(Vec3::ONE)).expect("a sky");
             let seen = seen_over(&scene, 1, 4, |cos| 2.25 * (1.0 - fresnel(cos, 1.5)));
-            near(&format!("{place}, {placement}"), seen, 1.0, 1e-4);
+            near(&format!("{transform}, {placement}"), seen, 1.0, 1e-4);
         }
     }
 }

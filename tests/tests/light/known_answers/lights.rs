@@ -211,7 +211,7 @@ fn directional_paths_reach_every_corner_of_the_scene() {
     }
 }
 
-/// O2 with a spot: a plane mirror makes a virtual spot, mirrored in place and direction.
+/// O2 with a spot: a plane mirror makes a virtual spot, mirrored in position and direction.
 #[test]
 fn plane_mirror_makes_a_virtual_spot() {
     let albedo = 0.5;
@@ -260,10 +260,10 @@ fn plane_mirror_turns_directional_light() {
     let scene = b.build();
     assert_eq!(scene.lights[0].kind, Features::DIRECTIONAL_LIGHTS.0);
     let world = World::new(&scene, &settings(8, 8, 600_000));
-    let deposits = world.shoot(&world.by_power());
+    let photons = world.shoot(&world.by_power());
     for half in [0.1, 0.3, 0.45] {
         let one = f64::from(scene.flux.x) / 600_000.0;
-        let inside = deposits.flux().filter(|(g, _)| {
+        let inside = photons.flux().filter(|(g, _)| {
             g.scatterings == 1 && g.position.x < -0.99 && g.position.y.abs().max(g.position.z.abs()) < half
         });
         let flux: f64 = inside.map(|(_, flux)| flux).sum();
@@ -286,10 +286,10 @@ fn glass_sphere_focuses_a_directional_light() {
     let scene = b.build();
     let paths = 1_000_000;
     let world = World::new(&scene, &settings(8, 8, paths));
-    let deposits = world.shoot(&world.by_power());
+    let photons = world.shoot(&world.by_power());
     let one = f64::from(scene.flux.x) / f64::from(paths);
     for radius in [0.05, 0.1, 0.2, 0.3, 1.0] {
-        let inside = deposits.flux().filter(|(g, _)| {
+        let inside = photons.flux().filter(|(g, _)| {
             let p = g.position.as_dvec3();
             g.scatterings == 2 && p.y < -1.2 + 1e-3 && p.x.hypot(p.z) <= radius
         });

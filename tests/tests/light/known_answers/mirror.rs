@@ -23,7 +23,7 @@ fn plane_mirror_makes_a_virtual_light() {
     virtual_light(0.0);
 }
 
-/// The same on a floor of which 60 % is a mirror and the rest takes deposits: a point is made by the probability of its class,
+/// The same on a floor of which 60 % is a mirror and the rest takes photons: a point is made by the probability of its class,
 /// and divided by it once.
 #[test]
 fn a_mixture_takes_its_share_of_the_virtual_light() {
@@ -216,7 +216,7 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
     assert!(radiances * 200 <= in_mirror);
 
     // The same light paths, gathered over both sets of points.
-    let deposits = world.shoot(&world.by_power());
+    let photons = world.shoot(&world.by_power());
     let split = |pick: &dyn Fn(&(&Collected, &Collected)) -> Collected| -> (Vec<_>, Vec<_>) {
         pairs.iter().map(|pair| (pick(pair).point.geometry, pick(pair).point.shading)).unzip()
     };
@@ -226,34 +226,34 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
         .into_iter()
         .map(|(points, shadings, params)| {
             let materials = &scene.materials;
-            let words = gather(&BRUTE, points, shadings, &deposits, materials, world.features, &params);
+            let words = gather(&BRUTE, points, shadings, &photons, materials, world.features, &params);
             for variant in variant::ALL.iter().filter(|variant| !variant.hardware) {
-                let found = gather(variant, points, shadings, &deposits, materials, world.features, &params);
+                let found = gather(variant, points, shadings, &photons, materials, world.features, &params);
                 assert!(words == found, "{} differs from brute", variant.name);
             }
             resolved(points, shadings, &words, &params)
         })
         .collect();
 
-    // A deposit that only one of the two takes lies at the bound of the disc, or of what its normal may be.
+    // A photon that only one of the two takes lies at the bound of the disc, or of what its normal may be.
     let (mut taken, mut only_one) = (0, 0);
     for (pixel, (g, h)) in near.iter().zip(&far).enumerate() {
         let (mut common, mut different) = (0, 0);
-        for deposit in &deposits.geometry {
+        for photon in &photons.geometry {
             let (one, other) =
-                (takes(g, deposit, world.params.max_bounces), takes(h, deposit, shorter.max_bounces));
+                (takes(g, photon, world.params.max_bounces), takes(h, photon, shorter.max_bounces));
             common += u32::from(one && other);
             if one == other {
                 continue;
             }
             different += 1;
-            let along = deposit.position - g.position;
-            let normals = (g.normal + deposit.normal).normalize();
+            let along = photon.position - g.position;
+            let normals = (g.normal + photon.normal).normalize();
             let slack = (h.position - g.position).length() + (h.radius - g.radius).abs() + 1e-5 * g.radius;
             let at_bound = (along.length() - g.radius).abs() <= slack
                 || (along.dot(normals).abs() - 0.1 * g.radius).abs() <= slack
-                || (g.normal.dot(deposit.normal) - 0.9).abs() <= 1e-4;
-            assert!(at_bound, "{g:?} {h:?} {deposit:?}");
+                || (g.normal.dot(photon.normal) - 0.9).abs() <= 1e-4;
+            assert!(at_bound, "{g:?} {h:?} {photon:?}");
         }
         taken += common;
         only_one += different;
@@ -263,7 +263,7 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
         }
     }
     let (a, b) = (mean_of(&images[0]), mean_of(&images[1]));
-    println!("{taken} deposits taken by both, {only_one} by one; mean caustic {a:.6} and {b:.6}");
+    println!("{taken} photons taken by both, {only_one} by one; mean caustic {a:.6} and {b:.6}");
     assert!(taken > 2000, "the test has lost its subject: {taken}");
     assert!(only_one * 1000 <= taken, "{only_one} of {taken} differ");
     assert!((a / b - 1.0).abs() < 2e-3);

@@ -98,7 +98,7 @@ fn plain(half: f64, tilt_degrees: f64, scale: f64) -> Scene {
     Scene::load(&file).unwrap()
 }
 
-/// Frames of one image: few paths take another turn where rays are rounded otherwise, and each weighs as many deposits.
+/// Frames of one image: few paths take another turn where rays are rounded otherwise, and each weighs as many photons.
 const FRAMES: u32 = 16;
 
 /// Sums of the path-traced light and of the caustics.

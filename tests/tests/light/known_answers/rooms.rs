@@ -19,8 +19,8 @@ fn plain_room_has_no_caustic_and_shoots_no_light_path() {
         let (image, counters) =
             render(&scene, &settings(96, 54, 100_000), "photons-grid", features, 0, 1).remove(0);
         assert!(image.caustics.iter().all(|&value| value == Vec3::ZERO));
-        assert!(image.deposits.iter().all(|&count| count == 0.0));
-        for counter in [Counter::LightPaths, Counter::LightRays, Counter::Deposits, Counter::Gathered] {
+        assert!(image.photons.iter().all(|&count| count == 0.0));
+        for counter in [Counter::LightPaths, Counter::LightRays, Counter::Photons, Counter::Gathered] {
             assert_eq!(counters.get(counter), 0, "{counter:?}");
         }
         assert!(mean_of(&image.path) > 0.0);

@@ -4,7 +4,7 @@ use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::emit::EmissionSample;
 use caustics_kernels::math::rng::Stream;
@@ -174,7 +174,7 @@ impl Receive for Fluxes {
     fn scatter(&mut self, path_state: &mut f32, _: &BsdfSample, flux: Vec3) {
         self.0.push(f64::from(flux.x / *path_state));
     }
-    fn receive(&mut self, _: &mut f32, _: DepositGeometry, _: DepositLight) {}
+    fn receive(&mut self, _: &mut f32, _: PhotonGeometry, _: PhotonLight) {}
 }
 
 /// In a white furnace a path through white rough glass weighs what masking leaves, however often it is scattered: the second moment of

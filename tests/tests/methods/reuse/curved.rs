@@ -139,7 +139,7 @@ fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
     }
 }
 
-/// Places of today's points in the image of the frame before, by their virtual images and by where that image's own points are:
+/// Positions of today's points in the image of the frame before, by their virtual images and by where that image's own points are:
 /// sorted distances (px) between the two.
 fn misses(scene: &Scene) -> Vec<f32> {
     let settings = Settings { width: 96, height: 96, light_paths: 100, ..Settings::default() };
@@ -165,12 +165,12 @@ fn misses(scene: &Scene) -> Vec<f32> {
         if ![a, b, c].iter().all(sees_alike) {
             continue;
         }
-        // The place of the point among three pixels on the same wall.
+        // The position of the point among three pixels on the same wall.
         let (right, down, to) =
             (b.position - a.position, c.position - a.position, point.position - a.position);
         let area = right.cross(down);
-        let place = Vec2::new(to.cross(down).dot(area), right.cross(to).dot(area)) / area.length_squared();
-        misses.push((place - at.fract()).length());
+        let position = Vec2::new(to.cross(down).dot(area), right.cross(to).dot(area)) / area.length_squared();
+        misses.push((position - at.fract()).length());
     }
     misses.sort_by(f32::total_cmp);
     misses

@@ -13,15 +13,15 @@ use crate::command::view::pick::picked;
 use crate::command::view::save;
 use crate::command::view::shared::{Answer, Asked, Content};
 
-/// Light paths that are shown of a pixel's deposits.
+/// Light paths that are shown of a pixel's photons.
 const LIGHT_PATHS: usize = 8;
 
 impl Engine<'_> {
     /// The answer to a page.
     pub(super) fn answer(&mut self, asked: &Asked) -> Answer {
         let bytes = match asked {
-            Asked::Pick(place) => self.pick(*place),
-            Asked::Inspect(place) => self.inspect(*place),
+            Asked::Pick(image_position) => self.pick(*image_position),
+            Asked::Inspect(image_position) => self.inspect(*image_position),
             Asked::Node(node) => {
                 serde_json::to_vec(&self.edited.told(*node, self.time)).map_err(anyhow::Error::from)
             }
@@ -33,10 +33,10 @@ impl Engine<'_> {
         bytes.map(Content::Bytes).map_err(|error| told(&error))
     }
 
-    fn pick(&mut self, place: [f64; 2]) -> anyhow::Result<Vec<u8>> {
+    fn pick(&mut self, image_position: [f64; 2]) -> anyhow::Result<Vec<u8>> {
         let wish = self.shared.wish();
         let camera = self.camera(&wish)?;
-        let picked = picked(&self.edited.scene, &camera, wish.size, place);
+        let picked = picked(&self.edited.scene, &camera, wish.size, image_position);
         Ok(serde_json::to_vec(&picked)?)
     }
 
@@ -47,13 +47,13 @@ impl Engine<'_> {
         lane.context("there is no picture yet: wait until all stands still, and is not paused")
     }
 
-    fn inspect(&mut self, place: [f64; 2]) -> anyhow::Result<Vec<u8>> {
+    fn inspect(&mut self, image_position: [f64; 2]) -> anyhow::Result<Vec<u8>> {
         self.converged()?;
         let lane = self.still[0].as_mut().context("a session was opened")?;
         let [x, y] = [0, 1].map(|axis| {
             let size = lane.configuration.size[axis];
-            // A place beyond the image is its border.
-            ((place[axis] * f64::from(size)) as u32).min(size - 1)
+            // A position beyond the image is its border.
+            ((image_position[axis] * f64::from(size)) as u32).min(size - 1)
         });
         let found = lane.opened.session.inspect(&self.edited.scene, x, y, LIGHT_PATHS)?;
         Ok(serde_json::to_vec(&found)?)

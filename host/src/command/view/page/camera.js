@@ -1,4 +1,4 @@
-// A camera of three places: where the eye is, what it looks at, and how wide. Metres and degrees, y upwards.
+// A camera of three positions: where the eye is, what it looks at, and how wide. Metres and degrees, y upwards.
 const add = (a, b, scale = 1) => a.map((value, i) => value + scale * b[i]);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -65,10 +65,10 @@ class Camera {
     this.from = add(this.lookAt, forward, -Math.max(1e-6, this.distance * factor));
   }
 
-  // Where a place of the world is in the image, in shares of its width and height; null behind the eye.
-  project(place, aspect) {
+  // Where a position of the world is in the image, in shares of its width and height; null behind the eye.
+  project(position, aspect) {
     const { forward, right, up } = this.axes();
-    const to = add(place, this.from, -1);
+    const to = add(position, this.from, -1);
     const depth = dot(to, forward);
     if (depth <= 1e-9) return null;
     const tangent = Math.tan((this.fov * Math.PI) / 360);

@@ -4,7 +4,7 @@ const CLICK = 5; // A press that moves less is a click (px).
 const FLY = { KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyD: [1, 0, 0], KeyA: [-1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0] };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-// `does` has: camera(), moved(), clicked(place), focused(place), and drags(x, y, event), which says whether it took a drag.
+// `does` has: camera(), moved(), clicked(position), focused(position), and drags(x, y, event), which says whether it took a drag.
 function steer(screen, does) {
   const { stage, handle } = screen;
   const pointers = new Map(); // Where each was last, and the button that it was pressed with.
@@ -48,13 +48,13 @@ function steer(screen, does) {
   });
   const lift = (event) => {
     pointers.delete(event.pointerId);
-    if (pressed && event.type === 'pointerup') does.clicked(screen.place(event), event);
+    if (pressed && event.type === 'pointerup') does.clicked(screen.position(event), event);
     pressed = null;
   };
   stage.addEventListener('pointerup', lift);
   stage.addEventListener('pointercancel', lift);
   stage.addEventListener('contextmenu', (event) => event.preventDefault());
-  stage.addEventListener('dblclick', (event) => does.focused(screen.place(event)));
+  stage.addEventListener('dblclick', (event) => does.focused(screen.position(event)));
   stage.addEventListener(
     'wheel',
     (event) => {
@@ -110,7 +110,7 @@ function steer(screen, does) {
 
   // The wipe.
   const drag = (event) => {
-    if (handle.hasPointerCapture(event.pointerId)) screen.wipeTo(screen.place(event)[0]);
+    if (handle.hasPointerCapture(event.pointerId)) screen.wipeTo(screen.position(event)[0]);
   };
   handle.addEventListener('pointerdown', (event) => handle.setPointerCapture(event.pointerId));
   handle.addEventListener('pointermove', drag);

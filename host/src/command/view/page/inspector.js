@@ -24,17 +24,17 @@ class Inspector {
     [canvas.width, canvas.height] = [box.width * devicePixelRatio, box.height * devicePixelRatio];
     const context = canvas.getContext('2d');
     context.scale(devicePixelRatio, devicePixelRatio);
-    const at = (place) => {
-      const shares = camera.project(place, box.width / box.height);
+    const at = (position) => {
+      const shares = camera.project(position, box.width / box.height);
       return shares && [shares[0] * box.width, shares[1] * box.height];
     };
-    const line = (places, color, width) => {
+    const line = (positions, color, width) => {
       context.beginPath();
       let isDown = false;
-      for (const place of places.map(at)) {
-        if (place && isDown) context.lineTo(...place);
-        else if (place) context.moveTo(...place);
-        isDown = Boolean(place);
+      for (const position of positions.map(at)) {
+        if (position && isDown) context.lineTo(...position);
+        else if (position) context.moveTo(...position);
+        isDown = Boolean(position);
       }
       Object.assign(context, { strokeStyle: 'rgb(0 0 0 / 0.6)', lineWidth: width + 2 });
       context.stroke();
@@ -43,10 +43,10 @@ class Inspector {
     };
     const dots = (vertices, color) => {
       for (const vertex of vertices) {
-        const place = at(vertex.position);
-        if (!place) continue;
+        const position = at(vertex.position);
+        if (!position) continue;
         context.beginPath();
-        context.arc(...place, 3.5, 0, 2 * Math.PI);
+        context.arc(...position, 3.5, 0, 2 * Math.PI);
         Object.assign(context, { fillStyle: color, strokeStyle: '#000', lineWidth: 1 });
         context.fill();
         context.stroke();
@@ -61,7 +61,7 @@ class Inspector {
     if (found.point) line(Inspector.disc(found.point), '#7dff6a', 1.5);
   }
 
-  // Places round a collection point's disc.
+  // Positions round a collection point's disc.
   static disc({ position, normal, radius }) {
     const side = unit(cross(normal, Math.abs(normal[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0]));
     const other = cross(normal, side);

@@ -53,8 +53,8 @@ class Screen {
     this.handle.setAttribute('aria-valuenow', Math.round(100 * this.at));
   }
 
-  // Shares of width and height of a place of the window.
-  place(event) {
+  // Shares of width and height of a position of the window.
+  position(event) {
     const box = this.stage.getBoundingClientRect();
     return [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
   }

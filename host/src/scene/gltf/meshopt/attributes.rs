@@ -1,4 +1,4 @@
-//! Mode ATTRIBUTES [EXT_meshopt_compression, appendix A; version 1: KHR_meshopt_compression]: bytes of the same place in
+//! Mode ATTRIBUTES [EXT_meshopt_compression, appendix A; version 1: KHR_meshopt_compression]: bytes of the same position in
 //! successive elements, as differences, in groups of 16 with as few bits as they need.
 
 /// Bytes of the elements of a block at most.
@@ -51,8 +51,8 @@ fn block<'a>(
     let mut planes = [[0; BLOCK_ELEMENTS]; 4];
     for channel in 0..stride / 4 {
         let control = controls.get(channel).copied().unwrap_or(0);
-        for (place, plane) in planes.iter_mut().enumerate() {
-            data = match (version, control >> (2 * place) & 3) {
+        for (position, plane) in planes.iter_mut().enumerate() {
+            data = match (version, control >> (2 * position) & 3) {
                 (0, _) => groups(data, plane, elements, [0, 2, 4, 8])?,
                 (_, 0) => groups(data, plane, elements, [0, 1, 2, 4])?,
                 (_, 1) => groups(data, plane, elements, [1, 2, 4, 8])?,
@@ -117,16 +117,16 @@ fn groups<'a>(
     for (index, group) in plane.chunks_mut(GROUP).take(count).enumerate() {
         let bits = bits[usize::from(headers[index / 4] >> (2 * (index % 4)) & 3)];
         let (packed, mut rest) = data.split_at_checked(2 * bits as usize)?;
-        for (place, byte) in group.iter_mut().enumerate() {
+        for (position, byte) in group.iter_mut().enumerate() {
             // Single bits begin with the lowest of a byte, others with the highest.
             let largest = ((1_u32 << bits) - 1) as u8;
             *byte = match bits {
                 0 => 0,
-                1 => packed[place / 8] >> (place % 8) & 1,
-                8 => packed[place],
+                1 => packed[position / 8] >> (position % 8) & 1,
+                8 => packed[position],
                 bits => {
                     let of_byte = 8 / bits as usize;
-                    packed[place / of_byte] >> (8 - bits as usize * (place % of_byte + 1)) & largest
+                    packed[position / of_byte] >> (8 - bits as usize * (position % of_byte + 1)) & largest
                 }
             };
             if matches!(bits, 1 | 2 | 4) && *byte == largest {

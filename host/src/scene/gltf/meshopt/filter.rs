@@ -44,7 +44,7 @@ fn rounded(number: f32) -> i32 {
     (number + if number >= 0.0 { 0.5 } else { -0.5 }) as i32
 }
 
-/// A unit vector times `largest`, of its place on an octahedron of a size that the third number says; the fourth stays.
+/// A unit vector times `largest`, of its position on an octahedron of a size that the third number says; the fourth stays.
 fn octahedral([x, y, one, w]: [i32; 4], largest: f32) -> [i32; 4] {
     let (x, y) = (x as f32, y as f32);
     let z = one as f32 - x.abs() - y.abs();
@@ -62,10 +62,10 @@ fn quaternion([x, y, z, last]: [i16; 4]) -> [i16; 4] {
     let [x, y, z] = [x, y, z].map(f32::from);
     let w = (2.0 * scale * scale - x * x - y * y - z * z).max(0.0).sqrt();
     let share = 32767.0 / 2.0_f32.sqrt() / scale;
-    let place = usize::from(last as u16 & 3);
+    let index = usize::from(last as u16 & 3);
     let mut turned = [0; 4];
     for (step, number) in [(1, x), (2, y), (3, z), (0, w)] {
-        turned[(place + step) & 3] = rounded(number * share) as i16;
+        turned[(index + step) & 3] = rounded(number * share) as i16;
     }
     turned
 }

@@ -142,8 +142,8 @@ pub fn triangles(bytes: &[u8], count: usize, size: usize) -> Option<Vec<u8>> {
                     *corner = reader.index()?;
                 }
             }
-            for (place, (&corner, code)) in corners.iter().zip(codes).enumerate() {
-                if place == 0 || code == 0 || (code == 15 && low >= 14) {
+            for (position, (&corner, code)) in corners.iter().zip(codes).enumerate() {
+                if position == 0 || code == 0 || (code == 15 && low >= 14) {
                     recent.push_vertex(corner);
                 }
             }

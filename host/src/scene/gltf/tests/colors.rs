@@ -1,4 +1,4 @@
-//! Vertex colours, sets of coordinates, and meshes in many places.
+//! Vertex colours, sets of coordinates, and meshes with many instances.
 
 use glam::Vec2;
 
@@ -52,13 +52,13 @@ fn colours_that_vary_are_a_texture() {
         assert_eq!((texture.width, texture.height, texture.level_count), (2, 2, 1));
         // Each corner is at its colour, whichever way the triangle runs.
         let triangle = scene.triangles[0];
-        let place = |at: Vec3| (at + scene.origin.as_vec3()) * Vec3::new(mirror as f32, 1.0, 1.0);
+        let position = |at: Vec3| (at + scene.origin.as_vec3()) * Vec3::new(mirror as f32, 1.0, 1.0);
         let [uv_a, uv_b, uv_c] =
             [textures.coordinates[0].uv_a, textures.coordinates[0].uv_b, textures.coordinates[0].uv_c];
         for (corner, uv) in [(triangle.a, uv_a), (triangle.b, uv_b), (triangle.c, uv_c)] {
             let texel = (2.0 * uv).as_uvec2();
             let [red, green, blue, _] = textures.texels[(2 * texel.y + texel.x) as usize].to_le_bytes();
-            let at = place(corner);
+            let at = position(corner);
             let is = |x: f32, y: f32| (at - Vec3::new(x, y, 0.0)).length() < 1e-6;
             assert_eq!(
                 [red, green, blue].map(|byte| byte == 255),
@@ -95,8 +95,8 @@ fn a_second_set_of_coordinates_is_taken() {
     assert_eq!((scene.textures.coordinates[0].uv_b, scene.warnings.len()), (Vec2::ONE, 0));
 }
 
-/// `tiny` with its mesh in two places: one of half the size at x = 2, and one that is turned and twice as large.
-fn in_two_places() -> (Value, Vec<u8>) {
+/// `tiny` with two instances of its mesh: one of half the size at x = 2, and one that is turned and twice as large.
+fn with_two_instances() -> (Value, Vec<u8>) {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     let mut attribute = |accessor: Value, bytes: &[u8]| append(&mut document, &mut binary, accessor, bytes);
     let floats = |numbers: &[f32]| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
@@ -115,7 +115,7 @@ fn in_two_places() -> (Value, Vec<u8>) {
 
 #[test]
 fn instances_are_meshes() {
-    let (document, binary) = in_two_places();
+    let (document, binary) = with_two_instances();
     let scene = load(&document, &binary).unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     let mut corners: Vec<_> =
@@ -131,7 +131,7 @@ fn instances_are_meshes() {
 
 #[test]
 fn bad_instances_are_refused() {
-    let (document, binary) = in_two_places();
+    let (document, binary) = with_two_instances();
     let attributes = "/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes";
     for (member, value, words) in [
         ("TRANSLATION", json!(99), ["accessor 99", "thing"]),

@@ -117,15 +117,15 @@ fn damaged_animations_are_left_out() {
     let keys = json!({ "componentType": 5126, "count": 2, "type": "SCALAR" });
     let times = append(&mut document, &mut binary, keys.clone(), &bytes);
     let still = append(&mut document, &mut binary, keys, &[0; 8]);
-    let places = json!({ "componentType": 5126, "count": 2, "type": "VEC3" });
-    let places = append(&mut document, &mut binary, places, &[0; 24]);
+    let translations = json!({ "componentType": 5126, "count": 2, "type": "VEC3" });
+    let translations = append(&mut document, &mut binary, translations, &[0; 24]);
     let animated = |channel: Value, sampler: Value| {
         let mut document = document.clone();
         document["animations"] = json!([{ "name": "sway", "channels": [channel], "samplers": [sampler] }]);
         document
     };
     let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "translation" } });
-    let sampler = json!({ "input": times, "output": places });
+    let sampler = json!({ "input": times, "output": translations });
     assert!(load_strictly(&animated(channel.clone(), sampler.clone()), &binary).unwrap().is_animated());
     for (at, value, words) in [
         ("/channels/0/sampler", json!(7), "has no sampler"),

@@ -159,7 +159,7 @@ fn counts_beyond_all_memory_are_refused() {
     assert!(scene.warnings[0].contains("elements without a buffer view"), "{:?}", scene.warnings);
 }
 
-/// A mesh of many vertices and one triangle in many places: little memory, and days of reading.
+/// A mesh of many vertices and one triangle, on many nodes: little memory, and days of reading.
 #[test]
 fn meshes_that_are_read_too_often_are_refused() {
     let mut document = tiny();
@@ -167,8 +167,8 @@ fn meshes_that_are_read_too_often_are_refused() {
         document["accessors"][accessor] =
             json!({ "componentType": 5126, "count": 1_u64 << 16, "type": "VEC3" });
     }
-    let places = 2 + (1 << 15);
-    document["nodes"].as_array_mut().unwrap().extend((2..places).map(|_| json!({ "mesh": 0 })));
-    document["scenes"][0]["nodes"] = (0..places).collect();
+    let node_count = 2 + (1 << 15);
+    document["nodes"].as_array_mut().unwrap().extend((2..node_count).map(|_| json!({ "mesh": 0 })));
+    document["scenes"][0]["nodes"] = (0..node_count).collect();
     refuses(load(&document, &tiny_binary()), &["reads more than", "vertices"]);
 }

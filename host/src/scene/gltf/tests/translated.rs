@@ -73,7 +73,7 @@ fn animations_are_chosen_by_name() {
     for (name, x) in [(Some("walk"), 5.0), (Some("run"), 7.0), (None, 7.0)] {
         let scene = of(name).unwrap();
         let rig = &scene.rig;
-        assert_eq!(rig.at(1.0).unwrap().places[0].translation.x, x, "{name:?}");
+        assert_eq!(rig.at(1.0).unwrap().to_world[0].translation.x, x, "{name:?}");
         assert_eq!(scene.warnings.len(), usize::from(name.is_none()), "{:?}", scene.warnings);
     }
     refuses(of(Some("fly")), &["\"fly\"", "walk, run"]);

@@ -1,4 +1,4 @@
-//! Values of wrong JSON types are refused with their place, and `extras` are anything.
+//! Values of wrong JSON types are refused with their path, and `extras` are anything.
 
 use super::*;
 

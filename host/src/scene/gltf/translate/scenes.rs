@@ -35,7 +35,7 @@ pub fn complete(
         Some(other) => (format!("its scene {default} has no mesh; scene {other} is shown"), other),
         None => {
             let is_placed = has_mesh(document, &all);
-            let nodes = if is_placed { all } else { place_each(document, meshes) };
+            let nodes = if is_placed { all } else { add_nodes(document, meshes) };
             let what = match is_placed {
                 true => "its scene has no mesh; all of its nodes are shown",
                 false => "no node places its meshes; each is shown as it is",
@@ -85,7 +85,7 @@ fn has_mesh(document: &Value, roots: &[usize]) -> bool {
 }
 
 /// A node for each mesh.
-fn place_each(document: &mut Value, meshes: usize) -> Vec<usize> {
+fn add_nodes(document: &mut Value, meshes: usize) -> Vec<usize> {
     if !document["nodes"].is_array() {
         document["nodes"] = json!([]);
     }

@@ -1,10 +1,10 @@
-//! The deposits that a collection point took, found by the rule of the gathers alone: whatever variant found them in the frame.
+//! The photons that a collection point took, found by the rule of the gathers alone: whatever variant found them in the frame.
 
 use std::ops::Range;
 
 use caustics_kernels::gather::accumulator::Sum;
 use caustics_kernels::gather::contribution::{contribution, takes};
-use caustics_kernels::interface::point::{DepositGeometry, DepositLight, PointGeometry, PointShading};
+use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::light::emit::Emit;
 use caustics_kernels::pass::resolve::radiance;
 use caustics_kernels::pass::shoot::receive::Receive;
@@ -15,39 +15,39 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::view::View;
-use super::{Deposit, Point};
+use super::{Photon, Point};
 
-/// A deposit that the point took.
+/// A photon that the point took.
 #[derive(Clone, Copy)]
 pub struct Found {
     /// Its light path.
     pub path: u32,
     /// Where it is.
-    pub geometry: DepositGeometry,
+    pub geometry: PhotonGeometry,
     /// Its light.
-    pub light: DepositLight,
+    pub light: PhotonLight,
     /// f times flux (W/sr).
     value: Vec3,
 }
 
-/// A collection point that takes deposits.
+/// A collection point that takes photons.
 pub struct Taker<'a> {
     pub view: View<'a>,
     pub geometry: PointGeometry,
     pub shading: PointShading,
 }
 
-/// Keeps the deposits of a light path that a point takes.
+/// Keeps the photons of a light path that a point takes.
 struct Keep<'a> {
     point: &'a PointGeometry,
     max_bounces: u32,
-    kept: Vec<(DepositGeometry, DepositLight)>,
+    kept: Vec<(PhotonGeometry, PhotonLight)>,
 }
 
 impl Receive for Keep<'_> {
     type PathState = ();
 
-    fn receive(&mut self, (): &mut (), geometry: DepositGeometry, light: DepositLight) {
+    fn receive(&mut self, (): &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         if takes(self.point, &geometry, self.max_bounces) {
             self.kept.push((geometry, light));
         }
@@ -59,7 +59,7 @@ impl Taker<'_> {
     pub fn point(&self) -> Option<Point> {
         let Taker { view, geometry, shading } = self;
         geometry.exists().then(|| Point {
-            position: view.placed(geometry.position),
+            position: view.file_position(geometry.position),
             normal: geometry.normal.to_array(),
             shading_normal: shading.shading_normal.to_array(),
             to_viewer: shading.to_viewer.to_array(),
@@ -69,7 +69,7 @@ impl Taker<'_> {
         })
     }
 
-    /// The deposits of these light paths that the point takes, in the order of the paths.
+    /// The photons of these light paths that the point takes, in the order of the paths.
     pub fn find(&self, paths: Range<u32>, emit: &(dyn Emit + Sync)) -> Vec<Found> {
         let View { scene, params, features } = self.view;
         let (tables, tracer) = (scene.tables(), scene.tracer(features));
@@ -81,12 +81,12 @@ impl Taker<'_> {
         let of_path = |path| {
             let mut keep = Keep { point: &self.geometry, max_bounces: params.max_bounces, kept: Vec::new() };
             shoot(path, params, features, tables, &emit, &mut tracer.clone(), &mut keep, &mut Uncounted);
-            keep.kept.into_iter().map(move |deposit| found(path, deposit))
+            keep.kept.into_iter().map(move |photon| found(path, photon))
         };
         paths.into_par_iter().flat_map_iter(of_path).collect()
     }
 
-    /// Flux that deposits bring to the disc (W), and what they give the pixel (W m^-2 sr^-1).
+    /// Flux that photons bring to the disc (W), and what they give the pixel (W m^-2 sr^-1).
     pub fn sum(&self, found: &[Found]) -> ([f32; 3], [f32; 3]) {
         let params = self.view.params;
         let flux: Vec3 = found.iter().map(Found::flux).sum();
@@ -96,11 +96,11 @@ impl Taker<'_> {
         (flux.to_array(), self.radiance(value).to_array())
     }
 
-    /// A deposit, told.
-    pub fn told(&self, found: &Found) -> Deposit {
-        Deposit {
+    /// A photon, told.
+    pub fn told(&self, found: &Found) -> Photon {
+        Photon {
             path: found.path,
-            position: self.view.placed(found.geometry.position),
+            position: self.view.file_position(found.geometry.position),
             to_light: found.light.to_light.to_array(),
             scatterings: found.geometry.scatterings,
             flux: found.flux().to_array(),
@@ -121,23 +121,23 @@ impl Found {
     }
 }
 
-/// At most `max_count` deposits, in their order: half of them spread evenly, half by what they give.
+/// At most `max_count` photons, in their order: half of them spread evenly, half by what they give.
 pub fn choose(found: &[Found], max_count: usize) -> Vec<Found> {
     if found.len() <= max_count {
         return found.to_vec();
     }
     let gives = |found: &Found| f64::from(found.value.element_sum());
     let total: f64 = found.iter().map(gives).filter(|gives| gives.is_finite()).sum();
-    let share = |deposit: &Found| {
-        let (share, even) = (gives(deposit) / total, 1.0 / found.len() as f64);
+    let share = |photon: &Found| {
+        let (share, even) = (gives(photon) / total, 1.0 / found.len() as f64);
         0.5 * (even + if share.is_finite() { share } else { even })
     };
-    // Systematic sampling: the deposits whose shares hold one of `max_count` equidistant numbers.
+    // Systematic sampling: the photons whose shares hold one of `max_count` equidistant numbers.
     let mut below = 0.0;
     let number = |below: f64| (below * max_count as f64 + 0.5).floor();
-    let is_chosen = |deposit: &&Found| {
+    let is_chosen = |photon: &&Found| {
         let before = below;
-        below += share(deposit);
+        below += share(photon);
         number(below) > number(before)
     };
     found.iter().filter(is_chosen).take(max_count).copied().collect()
@@ -151,8 +151,8 @@ mod tests {
     fn deposits_are_chosen_all_over_and_the_brightest_for_sure() {
         let found = |path: u32, value: f32| Found {
             path,
-            geometry: DepositGeometry::default(),
-            light: DepositLight::default(),
+            geometry: PhotonGeometry::default(),
+            light: PhotonLight::default(),
             value: Vec3::splat(value),
         };
         let even: Vec<Found> = (0..1001).map(|path| found(path, 1.0)).collect();

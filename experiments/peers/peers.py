@@ -3,7 +3,7 @@
     python peers.py --output results/peers
 
 Each renderer works on a scene for the budgets (processor seconds over threads, without start and compilation), once a seed.
-Its pictures are compared with one truth, many frames of our `progressive`, by `caustics compare`: over the whole picture and
+Its pictures are compared with one reference, many frames of our `progressive`, by `caustics compare`: over the whole picture and
 over the caustic region. README.md says what is compared, and what the figures cannot say.
 """
 
@@ -27,7 +27,7 @@ import renderers
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 OURS = "caustics progressive"
-TRUTH_SEED = 0x7472
+REFERENCE_SEED = 0x7472
 
 # What `caustics compare` calls a metric, and what a cell of `caustics report` does.
 METRICS = {
@@ -60,9 +60,9 @@ def parse():
     parser.add_argument("--budgets", type=float, nargs="+", default=[1, 5, 10], metavar="SECONDS")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--threads", type=int, default=renderers.cores())
-    parser.add_argument("--truth-frames", type=int, default=2000)
+    parser.add_argument("--reference-frames", type=int, default=2000)
     parser.add_argument("--caustics", default=str(ROOT / "target/release/caustics"), help="our program")
-    parser.add_argument("--output", type=Path, required=True, help="folder for pictures, table and cells")
+    parser.add_argument("--output", type=Path, required=True, help="folder for images, table and cells")
     options = parser.parse_args()
     options.budgets.sort()
     options.output.mkdir(parents=True, exist_ok=True)
@@ -70,17 +70,17 @@ def parse():
 
 
 def of_scene(name, options):
-    folder = options.output / "pictures" / name
+    folder = options.output / "images" / name
     folder.mkdir(parents=True, exist_ok=True)
-    truth = folder / "truth.exr"
-    if not truth.exists():
-        render_ours(name, options, options.truth_frames, TRUTH_SEED, truth)
+    reference = folder / "reference.exr"
+    if not reference.exists():
+        render_ours(name, options, options.reference_frames, REFERENCE_SEED, reference)
     rows, bias = [], []
     for renderer in options.renderers:
         runs = [images(renderer, name, seed, folder, options) for seed in range(options.seeds)]
         for index, budget in enumerate(options.budgets):
             of_budget = [run[index] for run in runs]
-            errors = [compare([run["file"]], truth, options) for run in of_budget]
+            errors = [compare([run["file"]], reference, options) for run in of_budget]
             row = {"scene": name, "renderer": renderer, "version": of_budget[0]["version"], "budget_s": budget}
             row["seconds"] = statistics.mean(run["seconds"] for run in of_budget)
             row["samples"] = statistics.mean(run["samples"] for run in of_budget)
@@ -91,7 +91,7 @@ def of_scene(name, options):
                 row[f"{metric}_standard_error"] = spread
             rows.append(row)
             print(name, renderer, budget, {metric: short(row[metric]) for metric in METRICS}, flush=True)
-        bias.append({"scene": name, "renderer": renderer, **far(runs, truth, options)})
+        bias.append({"scene": name, "renderer": renderer, **far(runs, reference, options)})
         print(bias[-1], flush=True)
     return rows, bias
 
@@ -161,14 +161,14 @@ def render_ours(name, options, frames, seed, file):
     return used() - before
 
 
-def compare(files, truth, options, layer=()):
-    command = [options.caustics, "compare", *map(str, files), str(truth), "--json", "--exposure", "0", *layer]
+def compare(files, reference, options, layer=()):
+    command = [options.caustics, "compare", *map(str, files), str(reference), "--json", "--exposure", "0", *layer]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)["metrics"]
 
 
-def far(runs, truth, options):
-    """How far the expected picture of a renderer is from the truth: squared bias, noise taken off, of the longest runs."""
-    metrics = compare([run[-1]["file"] for run in runs], truth, options)
+def far(runs, reference, options):
+    """How far the expected picture of a renderer is from the reference: squared bias, noise taken off, of the longest runs."""
+    metrics = compare([run[-1]["file"] for run in runs], reference, options)
     return {"relmse_bias2": metrics["relmse_bias2"], "energy_ratio": metrics["energy_ratio"]}
 
 
@@ -199,7 +199,7 @@ def cell(identity, row, options):
     time_of = size | {"frames": 1, "total_ms": {"lower": ms, "median": ms, "upper": ms}, "ratio_to_first": None}
     time_of |= {"first": "", "pass_ms": {}, "rays": 0, "rays_per_s": 0, "points_per_s": None}
     time_of |= {"light_paths_per_s": None, "memory_bytes": {}}
-    error = size | {"seeds": options.seeds, "reference_frames": options.truth_frames, "picture": None}
+    error = size | {"seeds": options.seeds, "reference_frames": options.reference_frames, "image": None}
     error |= {"error_map": None, "reference": None} | known
     error["standard_errors"] = {key: value for key, value in off.items() if value is not None}
     # One machine, one run: the renderers' versions do not tell cells apart.

@@ -185,7 +185,7 @@ def luxcore(scene, size, budgets, seed, threads, engine):
         samples = session.GetStats().Get("stats.renderengine.pass").GetInt()
         rgb = np.zeros((height, width, 3), np.float32)
         session.GetFilm().GetOutputFloat(lux.FilmOutputType.RGB, rgb, 0, False)
-        # From the bottom up, and a row too low: found by shifting it over the truth of `ring`.
+        # From the bottom up, and a row too low: found by shifting it over the reference of `ring`.
         upright = np.concatenate([rgb[::-1][1:], rgb[:1]]).astype(np.float64)
         images.append((upright, spent, samples))
     session.Stop()

@@ -46,7 +46,7 @@ pub struct Usage(pub String);
 #[derive(Debug, Parser)]
 #[command(version, propagate_version = true)]
 #[command(before_help = "Examples:
-  caustics render still-life -o picture.exr --png picture.png
+  caustics render still-life -o image.exr --png image.png
   caustics render mirror-room -o room.exr --runner gpu --gather points-rt --json")]
 pub struct Cli {
     /// What to do.
@@ -55,7 +55,8 @@ pub struct Cli {
 }
 
 /// Options that were called otherwise, and what they are called now.
-const RENAMED: [(&str, &str); 5] = [
+const RENAMED: [(&str, &str); 6] = [
+    ("--connections", "--light-sampler"),
     ("--filter", "--denoiser"),
     ("--needs", "--features"),
     ("--error", "--measure error"),
@@ -106,9 +107,9 @@ pub enum Command {
     Bench(Box<Bench>),
     /// Measure a matrix of configurations over scenes, time and error; the same command resumes where it was interrupted
     Sweep(Box<Sweep>),
-    /// Tell what light transport did at a pixel: its camera path, the deposits that it took, and their light paths
+    /// Tell what light transport did at a pixel: its camera path, the photons that it took, and their light paths
     Inspect(Box<Inspect>),
-    /// Make a page of results: charts of speed against accuracy, pictures, tables
+    /// Make a page of results: charts of speed against accuracy, images, tables
     Report(Report),
     /// List Vulkan devices, what they can do and whether they are used; or compile all kernels for one
     Device(Device),
@@ -149,7 +150,7 @@ impl Machine {
     }
 }
 
-/// Options of the picture, however it is rendered.
+/// Options of the image, however it is rendered.
 #[derive(Args, Clone, Debug)]
 pub struct View {
     /// Image width (px)
@@ -158,7 +159,7 @@ pub struct View {
     /// Image height (px)
     #[arg(long, default_value_t = 540)]
     pub height: u32,
-    /// Render the picture in so many tiles, bands of rows one after another, in the memory of one; each has light paths of its own
+    /// Render the image in so many tiles, bands of rows one after another, in the memory of one; each has light paths of its own
     /// [default: as few as the device's bindings allow]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub tiles: Option<u32>,
@@ -198,13 +199,13 @@ pub struct View {
     /// Refuse a scene that has no light
     #[arg(long, conflicts_with = "default_light")]
     pub no_default_light: bool,
-    /// Exposure of the PNG (stops, or auto for what suits the picture)
+    /// Exposure of the PNG (stops, or auto for what suits the image)
     #[arg(long, default_value = "auto")]
     pub exposure: Exposure,
-    /// Light from all around: a latitude-longitude picture (.hdr or .exr), or one radiance as R,G,B [default: what the scene says]
+    /// Light from all around: a latitude-longitude image (.hdr or .exr), or one radiance as R,G,B [default: what the scene says]
     #[arg(long)]
     pub environment: Option<String>,
-    /// By how much that picture is turned around the y axis, from +z towards +x (degrees)
+    /// By how much that image is turned around the y axis, from +z towards +x (degrees)
     #[arg(long, default_value_t = 0.0, requires = "environment")]
     pub environment_rotation: f32,
     /// Factor on its radiance
@@ -227,12 +228,12 @@ pub struct Loading {
     /// The scene's animation that plays, by name; else all of them together
     #[arg(long, value_name = "NAME")]
     pub animation: Option<String>,
-    /// Triangles that copies of meshes may take; beyond, a mesh that stands in several places is stored once
+    /// Triangles that copies of meshes may take; beyond, a mesh that has several instances is stored once
     #[arg(long, default_value_t = LoadOptions::default().copies, value_name = "TRIANGLES")]
     pub copies: u64,
-    /// How much time the tree is worth that rays find triangles by; another one gives another sample of the same picture
+    /// BVH build quality; another one gives another sample of the same image
     #[arg(long, value_enum, default_value_t, value_name = "QUALITY")]
-    pub tree_quality: BvhQuality,
+    pub bvh_quality: BvhQuality,
 }
 
 impl Loading {
@@ -243,13 +244,13 @@ impl Loading {
             variant: self.variant.clone(),
             animation: self.animation.clone(),
             copies: self.copies,
-            bvh: BvhOptions { quality: self.tree_quality, cache: BvhCache::for_user() },
+            bvh: BvhOptions { quality: self.bvh_quality, cache: BvhCache::for_user() },
             ..LoadOptions::default()
         }
     }
 }
 
-/// Options of every command that renders a picture. A negative number reaches the check of its option, which names it.
+/// Options of every command that renders an image. A negative number reaches the check of its option, which names it.
 #[derive(Args, Debug)]
 pub struct Common {
     /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
@@ -263,7 +264,7 @@ pub struct Common {
     /// Also write these layers of what is seen, behind mirrors and glass what is seen in them; several by commas
     #[arg(long, value_enum, value_name = "LAYER", value_delimiter = ',')]
     pub aov: Vec<Aov>,
-    /// Send the picture to the viewer tev while it converges; tev listens on 127.0.0.1:14158 unless told otherwise
+    /// Send the image to the viewer tev while it converges; tev listens on 127.0.0.1:14158 unless told otherwise
     #[arg(long, value_name = "HOST:PORT")]
     pub tev: Option<String>,
     /// Write the PNG anew while it converges, at most every so many seconds; what tev is sent, too [default: only tev, every 2]
@@ -305,9 +306,9 @@ pub struct Common {
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 #[command(before_help = "Examples:
-  caustics render still-life -o picture.exr --png picture.png
+  caustics render still-life -o image.exr --png image.png
   caustics render path/to/scene.glb -o out.exr --preset final --width 1920 --height 1080
-  caustics render mirror-room -o truth.exr --method progressive --frames 1000 --pixel-filter box")]
+  caustics render mirror-room -o reference.exr --method progressive --frames 1000 --pixel-filter box")]
 pub struct Render {
     /// What every command that renders has.
     #[command(flatten)]
@@ -330,9 +331,9 @@ pub struct Render {
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 #[command(before_help = "Examples:
-  caustics reference mirror-room -o truth.exr --spp 4096
-  caustics reference mirror-room -o truth.exr --target-relmse 1e-4 --resume
-  caustics reference mirror-room -o truth.exr --spp 4096 --shard 3/8")]
+  caustics reference mirror-room -o reference.exr --spp 4096
+  caustics reference mirror-room -o reference.exr --target-relmse 1e-4 --resume
+  caustics reference mirror-room -o reference.exr --spp 4096 --shard 3/8")]
 pub struct Reference {
     /// What every command that renders has.
     #[command(flatten)]
@@ -357,8 +358,8 @@ pub struct Reference {
 /// Options of `merge`.
 #[derive(Args, Debug)]
 #[command(before_help = "Examples:
-  caustics merge truth.shard-*.sums -o truth.exr
-  caustics merge seed-1.exr seed-2.exr seed-3.exr -o truth.exr")]
+  caustics merge reference.shard-*.sums -o reference.exr
+  caustics merge seed-1.exr seed-2.exr seed-3.exr -o reference.exr")]
 pub struct Merge {
     /// The shards of one run of render or reference; or references of one view with different seeds
     #[arg(required = true, num_args = 2..)]
@@ -378,7 +379,7 @@ pub enum Tracer {
     Auto,
     /// Vulkan ray queries
     Hardware,
-    /// The project's own tree
+    /// The project's own BVH
     Software,
 }
 
@@ -419,7 +420,7 @@ pub struct Device {
     /// Device to compile for, by index or part of its name (default: the best)
     #[arg(long, requires = "compile")]
     pub device: Option<String>,
-    /// Code that is alive: all, none, or what a scene needs; several by commas
+    /// Code that is compiled in: all, none, or what a scene needs; several by commas
     #[arg(long, requires = "compile", value_delimiter = ',', default_value = "all")]
     pub features: Vec<String>,
     /// Only these entry points, by commas (default: every one)

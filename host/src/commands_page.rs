@@ -58,7 +58,7 @@ fn page(command: &Command) -> String {
         section(&mut page, "caustics", command, &kinds);
     }
     for (title, records) in &kinds {
-        write!(page, "\n## {title}\n\n| name | what it is | cost | where it is wrong |\n|---|---|---|---|\n")
+        write!(page, "\n## {title}\n\n| name | description | cost | limitations |\n|---|---|---|---|\n")
             .unwrap();
         for record in records {
             let [description, cost, limitations] = [record[1], record[2], record[3]].map(cell);

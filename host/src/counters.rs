@@ -38,7 +38,7 @@ impl Counters {
     /// What a person should be warned of.
     pub fn warnings(&self) -> Vec<String> {
         let faults = [
-            (Counter::PhotonsDropped, "deposits found no room and are missing"),
+            (Counter::PhotonsDropped, "photons found no room and are missing"),
             (Counter::Clamped, "addends were clamped by the accumulator"),
             (Counter::NonFinite, "non-finite values were left out"),
             (Counter::MediaOverflow, "paths were inside more than four nested media"),
@@ -60,7 +60,7 @@ impl Counters {
         let starves = paths >= STARVING_PATHS && photons * PATHS_PER_PHOTON < paths;
         starves.then(|| {
             format!(
-                "caustics starve: {photons} deposits of {paths} light paths; give more --light-paths, make the scene \
+                "caustics starve: {photons} photons of {paths} light paths; give more --light-paths, make the scene \
                  smaller around what casts caustics (a directional light shines on all of its bounds), or, where walls \
                  light what casts them, take --caustics any"
             )

@@ -29,8 +29,8 @@ pub struct Inspection {
     /// The collection point, if there is one.
     pub point: Option<Point>,
     /// The photons that it took; none of methods that bring them to pixels in other ways than by discs.
-    pub deposits: Option<Photons>,
-    /// A light path for each of `deposits.some`, from its light to that photon.
+    pub photons: Option<Photons>,
+    /// A light path for each of `photons.some`, from its light to that photon.
     pub light_paths: Vec<LightPath>,
 }
 
@@ -149,8 +149,8 @@ pub struct LightPath {
 /// A light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Light {
-    /// Row of the light table.
-    pub row: u32,
+    /// Index into the light table.
+    pub id: u32,
     /// What it is: `area`, `point`, `spot`, `directional` or `environment`.
     pub kind: &'static str,
 }

@@ -196,7 +196,7 @@ fn scene_section(
         parts.push(html! { h3 { "Speed against accuracy" } (page::charts(&charts)) });
     }
     if let Some(strip) = strip::strip(scene, names, images, count)? {
-        parts.push(html! { h3 { "Pictures" } (strip) });
+        parts.push(html! { h3 { "Images" } (strip) });
     }
     if let Some(figure) = passes::passes(scene, names) {
         let note = "Medians of the passes; the number at the end is the median of the whole frame.";

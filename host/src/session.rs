@@ -141,7 +141,7 @@ pub enum SessionError {
     #[error("a frame of several tiles cannot be looked into; render it in one (--tiles 1)")]
     Tiles,
     /// There is no such pixel.
-    #[error("there is no pixel {x},{y} in a picture of {width} by {height}")]
+    #[error("there is no pixel {x},{y} in an image of {width} by {height}")]
     NoPixel {
         /// Column.
         x: u32,

@@ -39,7 +39,7 @@ pub const ALL: [CorpusFile; 32] = [
     entry("small-types.gltf", "integers of a byte, normalised; interleaved", geometry::small_types),
     entry("far.gltf", "a thing of 2 mm, 30 km from the origin", geometry::far),
     entry("sheet.gltf", "bounds without a depth", geometry::sheet),
-    entry("packed.glb", "a binary container with its picture inside", surfaces::packed),
+    entry("packed.glb", "a binary container with its image inside", surfaces::packed),
     entry("mask.gltf", "holes by alpha (MASK), seen from both sides", surfaces::mask),
     entry("normal-map.gltf", "a normal map with a scale, without tangents", surfaces::normal_map),
     entry("texture-transform.gltf", "KHR_texture_transform", surfaces::texture_transform),

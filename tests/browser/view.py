@@ -268,14 +268,14 @@ def check_pick(page, name):
 
 
 def check_inspector(page, name, folder):
-    """The pixel in the middle of the caustic: its path, its deposits, drawn as lines."""
+    """The pixel in the middle of the caustic: its path, its photons, drawn as lines."""
     home(page)
     page.locator("#inspect").click()
     x, y = middle(page)
     page.mouse.click(x, y)
     until(page, "document.getElementById('inspected').rows.length > 2")
     text = page.locator("#inspected").inner_text()
-    check("radius of the disc" in text and "deposits" in text, f"{name}: the inspector says {text}")
+    check("radius of the disc" in text and "photons" in text, f"{name}: the inspector says {text}")
     drawn = page.evaluate(
         """() => {
             const { width, height } = overlay;
@@ -352,7 +352,7 @@ def check_saved(page, name, caustics, folder):
     copied = page.evaluate("document.body.dataset.copied")
     check(copied == command and copied.isascii() and copied.isprintable(), f"{name}: {copied!r} is copied of {command!r}")
     saved = {}
-    for file in ("picture.exr", "picture.png"):
+    for file in ("image.exr", "image.png"):
         with page.expect_download() as download:
             page.locator(f"[data-save='{file}']").click()
         saved[file] = folder / file
@@ -365,13 +365,13 @@ def check_saved(page, name, caustics, folder):
             page.locator("[data-save='edits.toml']").click()
         download.value.save_as(folder / "edits.toml")
         words[words.index("edits.toml")] = str(folder / "edits.toml")
-    words[words.index("picture.exr")] = str(folder / "again.exr")
-    words[words.index("picture.png")] = str(folder / "again.png")
+    words[words.index("image.exr")] = str(folder / "again.exr")
+    words[words.index("image.png")] = str(folder / "again.png")
     done = subprocess.run([*words, "--force"], env={**os.environ, "SOURCE_DATE_EPOCH": "0"}, capture_output=True, text=True)
     check(done.returncode == 0, f"{name}: {command}: {done.stderr}")
     digest = lambda path: hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else None
-    check(digest(saved["picture.exr"]) == digest(folder / "again.exr"), f"{name}: the EXR is not that of {command}")
-    check(saved["picture.png"].read_bytes()[:4] == b"\x89PNG", f"{name}: the PNG is none")
+    check(digest(saved["image.exr"]) == digest(folder / "again.exr"), f"{name}: the EXR is not that of {command}")
+    check(saved["image.png"].read_bytes()[:4] == b"\x89PNG", f"{name}: the PNG is none")
     page.locator("#pause").click()
     until(page, "document.getElementById('state').textContent !== 'paused'")
 

@@ -31,7 +31,7 @@ pub struct Bench {
     /// The configurations.
     #[command(flatten)]
     pub axes: AxisOptions<ManyConfigurations>,
-    /// The frames: how many, or A..B with B left out. Of a still picture all are timed, and the last is compared
+    /// The frames: how many, or A..B with B left out. Of a still image all are timed, and the last is compared
     #[arg(long, value_name = "N|A..B", default_value = "16", value_parser = count_or_frames)]
     pub frames: Range<u32>,
     /// Frames rendered before those that are timed, at the pose of the first

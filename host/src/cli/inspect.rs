@@ -13,7 +13,7 @@ use super::{Loading, Machine, Preset, View};
 #[command(allow_negative_numbers = true)]
 #[command(before_help = "Examples:
   caustics inspect mirror-room --pixel 367,337
-  caustics inspect still-life --pixel 480,300 --frame 3 --deposits 8 --json")]
+  caustics inspect still-life --pixel 480,300 --frame 3 --photons 8 --json")]
 #[command(mut_arg("exposure", |arg| arg.hide(true)))]
 pub struct Inspect {
     /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
@@ -24,9 +24,9 @@ pub struct Inspect {
     /// The frame, of those that render averages with the same options; those before it are rendered too
     #[arg(long, default_value_t = 0, value_name = "INDEX")]
     pub frame: u32,
-    /// Deposits to tell, each with its light path, at most
+    /// Photons to tell, each with its light path, at most
     #[arg(long, default_value_t = 4, value_name = "NUMBER")]
-    pub deposits: usize,
+    pub photons: usize,
     /// Where it runs.
     #[command(flatten)]
     pub machine: Machine,

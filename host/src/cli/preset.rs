@@ -10,9 +10,9 @@ use clap::ValueEnum;
 pub enum Preset {
     /// One raw frame, as a real-time renderer would show it: one path a pixel
     Frame,
-    /// A clean picture in seconds: the mean of a few frames of progressive photon mapping
+    /// A clean image in seconds: the mean of a few frames of progressive photon mapping
     Preview,
-    /// A converged picture: until the estimated relative error falls below 1e-3, 1024 frames at most
+    /// A converged image: until the estimated relative error falls below 1e-3, 1024 frames at most
     Final,
 }
 

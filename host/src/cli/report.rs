@@ -8,7 +8,7 @@ use clap::Args;
 #[derive(Args, Debug)]
 #[command(before_help = "Examples:
   caustics report results -o report.html
-  caustics report results/rooms results/animations -o report.html --title 'Histories' --pictures 4 --force")]
+  caustics report results/rooms results/animations -o report.html --title 'Histories' --images 4 --force")]
 pub struct Report {
     /// Folders of results, as `sweep` and `bench` write them (cells/*.json in each)
     #[arg(required = true, value_name = "DIR")]
@@ -22,9 +22,9 @@ pub struct Report {
     /// Title of the page
     #[arg(long, default_value = "Speed against accuracy")]
     pub title: String,
-    /// Pictures of each scene, at most: one of each method, gather, history and filter
+    /// Images of each scene, at most: one of each method, gather, history and filter
     #[arg(long, default_value_t = 12)]
-    pub pictures: usize,
+    pub images: usize,
     /// Overwrite existing files
     #[arg(long)]
     pub force: bool,

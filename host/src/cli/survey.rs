@@ -12,7 +12,7 @@ use clap::Args;
 pub struct Survey {
     /// The folder; files are looked for in those below it too
     pub folder: PathBuf,
-    /// Also render each file, 32 by 18 px on the CPU; values that are not finite and a black picture are failures
+    /// Also render each file, 32 by 18 px on the CPU; values that are not finite and a black image are failures
     #[arg(long)]
     pub render: bool,
     /// Time that a file may take to load, and again to render (s)

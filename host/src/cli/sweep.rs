@@ -18,7 +18,7 @@ pub struct Sweep {
     /// The file that says what to measure
     #[arg(required_unless_present = "merge", value_name = "EXPERIMENT.toml")]
     pub experiment: Option<PathBuf>,
-    /// The folder to write: cells/*.json with pictures, and cells.csv; what it has already is not measured again
+    /// The folder to write: cells/*.json with images, and cells.csv; what it has already is not measured again
     #[arg(short, long, required_unless_present = "dry_run")]
     pub output: Option<PathBuf>,
     /// Print the cells, which of them are done and how many references it takes; measure nothing

@@ -68,7 +68,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
     }
     let Exposure::Stops(exposure) = view.exposure else {
         return Err(
-            Usage("--exposure auto: bench measures many pictures; give one number of stops".into()).into()
+            Usage("--exposure auto: bench measures many images; give one number of stops".into()).into()
         );
     };
     let (width, height, count) = (Side(view.width), Side(view.height), Count(frames.len() as u32));
@@ -95,7 +95,7 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         variant: options.loading.variant.clone(),
         animation: options.loading.animation.clone(),
         copies: options.loading.copies,
-        tree_quality: options.loading.tree_quality,
+        bvh_quality: options.loading.bvh_quality,
         moment_s: options.moment,
         time: of(Quantity::Time).then_some(TimeTable {
             width,

@@ -88,7 +88,7 @@ fn check(options: &Compare) -> anyhow::Result<Option<Target>> {
     }
     if options.files.iter().any(|file| same_file(file, map)) {
         return Err(
-            Usage(format!("--map {} would overwrite a picture that is compared", map.display())).into()
+            Usage(format!("--map {} would overwrite an image that is compared", map.display())).into()
         );
     }
     check_ending("--map", map, "png")?;

@@ -53,7 +53,7 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     }
     if pixel.x >= view.width || pixel.y >= view.height {
         let (x, y, width, height) = (pixel.x, pixel.y, view.width, view.height);
-        return Err(Usage(format!("--pixel {x},{y}: the picture has {width} by {height} px")).into());
+        return Err(Usage(format!("--pixel {x},{y}: the image has {width} by {height} px")).into());
     }
     let file = scene::resolve(&options.scene)?;
     let Staged { mut scene, camera, .. } =
@@ -69,7 +69,7 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     for frame in 0..frames {
         session.frame(frame)?;
     }
-    let inspection = session.inspect(&scene, pixel.x, pixel.y, options.deposits)?;
+    let inspection = session.inspect(&scene, pixel.x, pixel.y, options.photons)?;
     if options.json {
         let told = Told {
             scene: &scene.name,

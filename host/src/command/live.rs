@@ -43,7 +43,7 @@ impl Live {
         Ok(Live {
             every: refresh.unwrap_or(DEFAULT_INTERVAL),
             last: None,
-            png: png.map(|path| (path, Keeper::new("the PNG of the picture so far"))),
+            png: png.map(|path| (path, Keeper::new("the PNG of the image so far"))),
             viewer: options.tev.as_deref().map(|at| Viewer::open(at, &options.output)).transpose()?,
             exposure: options.view.exposure,
         })

@@ -21,7 +21,7 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
         folders: options.folders.clone(),
         baseline: options.baseline.clone(),
         title: options.title.clone(),
-        images: options.pictures,
+        images: options.images,
         output: options.output.clone(),
     };
     let report = report(&request)?;

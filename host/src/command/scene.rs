@@ -92,7 +92,7 @@ fn info(
             "cameras": scene.cameras.iter().map(|camera| &camera.name).collect::<Vec<_>>(),
             "duration_s": scene.duration(),
             "moving": scene.moving_nodes(),
-            "tree_nodes": scene.nodes.len(),
+            "bvh_nodes": scene.nodes.len(),
             "features": feature_names(features),
             "deepest_useful_prefix": depth,
             "warnings": scene.warnings,
@@ -129,7 +129,7 @@ fn info(
             joined(scene.moving_nodes().into_iter())
         ))?;
     }
-    say(format_args!("tree       {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len()))?;
+    say(format_args!("bvh        {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len()))?;
     say(format_args!("features   {}", feature_names(features).join(", ")))?;
     let unlimited = "as many as --max-bounces allows".to_string();
     say(format_args!(

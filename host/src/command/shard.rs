@@ -44,7 +44,7 @@ impl Part {
             ));
         };
         if options.png.is_some() {
-            return Err(Usage("--png: a shard writes sums and no picture; `caustics merge` does".into()));
+            return Err(Usage("--png: a shard writes sums and no image; `caustics merge` does".into()));
         }
         let frames = shard.frames(0..all).map_err(Usage)?;
         let file = options.output.with_extension(format!("{}.{SUMS}", shard.name()));

@@ -179,10 +179,10 @@ fn render(program: &Path, file: &Path, limit: std::time::Duration) -> Result<(),
 /// What is wrong with an image of these values.
 fn fault_of<'a>(values: impl Iterator<Item = &'a f32> + Clone) -> Result<(), String> {
     if !values.clone().all(|value| value.is_finite()) {
-        return Err("its picture has values that are not finite".into());
+        return Err("its image has values that are not finite".into());
     }
     if !values.clone().any(|value| *value > 0.0) {
-        return Err("its picture is black".into());
+        return Err("its image is black".into());
     }
     Ok(())
 }

@@ -128,7 +128,7 @@ pub static AXES: [&Axis; 15] = [
     &GATHER,
     &CAUSTICS,
     &EMISSION,
-    &CONNECTIONS,
+    &LIGHT_SAMPLER,
     &SAMPLER,
     &HISTORY,
     &PATH_HISTORY,
@@ -159,13 +159,13 @@ pub static METHOD: Axis = Axis {
 pub static GATHER: Axis = Axis {
     key: "gather",
     head: "gather",
-    description: "How deposits and collection points meet [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
+    description: "How photons and collection points meet [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
     values: Values::Names(|| variant::ALL.iter().map(|of| (of.name, of.description)).collect()),
     default: "",
     neutral: "",
     shown: Shown::Shape,
     not_applicable: |cell| {
-        (!cell.method.chooses_gather).then_some("brings deposits and points together in its own way")
+        (!cell.method.chooses_gather).then_some("brings photons and points together in its own way")
     },
     get: |cell| cell.gather_name().into(),
     set: |cell, name| match (name, variant::find(name)) {
@@ -207,12 +207,13 @@ pub static EMISSION: Axis = Axis {
 };
 
 /// How camera paths find lights.
-pub static CONNECTIONS: Axis = Axis {
+pub static LIGHT_SAMPLER: Axis = Axis {
     description: "How camera paths find lights, up to the collection point",
     default: "resampled",
     neutral: "resampled",
-    shown: Shown::Words("connect-", |value| format!("connections {value}")),
-    ..chosen!(connections: LightSampler)
+    shown: Shown::Words("nee-", |value| format!("light sampler {value}")),
+    head: "light sampler",
+    ..chosen!(light_sampler: LightSampler)
 };
 
 /// Where the numbers of camera paths come from.
@@ -296,7 +297,7 @@ pub static RUNNER: Axis = Axis {
 
 /// Kernel code that is compiled in.
 pub static FEATURES: Axis = Axis {
-    description: "Which kernel code is alive",
+    description: "Kernel code that is compiled in",
     default: "scene",
     neutral: "scene",
     shown: Shown::Words("", |value| format!("{value} features")),
@@ -328,7 +329,7 @@ pub static RADIUS_PX: Axis = Axis {
     key: "radius_px",
     head: "radius [px]",
     description: "Radius of collection points; 1 gives a disc the area of its pixel's footprint, auto that and up to three times the \
-            radius where the last frame's deposits were few",
+            radius where the last frame's photons were few",
     values: Values::Numbers("auto or a positive number"),
     default: "1",
     neutral: "1",
@@ -377,7 +378,7 @@ const RUNNERS: [(&str, &str); 5] = [
     ("cpu", "The kernels as CPU code"),
     ("gpu", "Any Vulkan device, software ones too; by ray queries if it has them"),
     ("gpu-hardware", "Any Vulkan device, by its ray queries"),
-    ("gpu-software", "Any Vulkan device, by the project's own tree"),
+    ("gpu-software", "Any Vulkan device, by the project's own BVH"),
 ];
 
 /// Other keys for the light paths of a frame: key, what it is, and the letters around the number that say so in a value of
@@ -385,7 +386,7 @@ const RUNNERS: [(&str, &str); 5] = [
 pub const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
     (
         "light_paths",
-        "Light paths a frame, or auto: as many as serve the picture best, by what earlier frames cost and left to noise",
+        "Light paths a frame, or auto: as many as serve the image best, by what earlier frames cost and left to noise",
         ["n", ""],
     ),
     (

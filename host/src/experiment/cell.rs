@@ -27,7 +27,7 @@ pub struct Cell {
     /// Which light is the light paths'.
     pub caustics: Caustics,
     /// How camera paths find lights.
-    pub connections: LightSampler,
+    pub light_sampler: LightSampler,
     /// Where the numbers of camera paths come from.
     pub sampler: Sampler,
     /// Path-traced light of the previous frame that is reused.
@@ -158,7 +158,7 @@ impl Cell {
             max_bounces: self.max_bounces,
             emission: self.emission,
             caustics: self.caustics,
-            light_sampler: self.connections,
+            light_sampler: self.light_sampler,
             sampler: self.sampler,
             path_history: self.path_history,
             fireflies: self.fireflies,

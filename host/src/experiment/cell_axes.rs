@@ -21,7 +21,7 @@ impl Cell {
             gather: Some(default_gather(&runner)),
             emission: &emission::GUIDED,
             caustics: Settings::default().caustics,
-            connections: Settings::default().light_sampler,
+            light_sampler: Settings::default().light_sampler,
             sampler: Sampler::Sobol,
             path_history: Settings::default().path_history,
             fireflies: Settings::default().fireflies,

@@ -87,7 +87,7 @@ pub static MEASURES: [&Measure; 10] = [
 pub static FLIP: Measure = Measure {
     key: "flip",
     head: "FLIP",
-    description: "Mean FLIP, the difference that a person sees between picture and reference, 0 to 1",
+    description: "Mean FLIP, the difference that a person sees between image and reference, 0 to 1",
     limitations: "it forgives light that is lost evenly: look at relMSE beside it",
     charted: true,
     of: |seen| seen.mean(|now| Some(now.flip_map(seen.truth, seen.exposure)?.mean())),
@@ -97,7 +97,7 @@ pub static FLIP: Measure = Measure {
 pub static FLIP_CAUSTIC_REGION: Measure = Measure {
     key: "flip_caustic_region",
     head: "FLIP in the caustic region",
-    description: "Mean FLIP of the picture over the pixels in which caustics are a fifth of the reference's light",
+    description: "Mean FLIP of the image over the pixels in which caustics are a fifth of the reference's light",
     limitations: "caustics that are where the reference has none are not seen",
     charted: true,
     of: |seen| {
@@ -113,7 +113,7 @@ pub static FLIP_CAUSTICS: Measure = Measure {
     key: "flip_caustics",
     head: "FLIP of caustics",
     description: "Mean FLIP of the caustics over the reference's other light",
-    limitations: "caustics of a part of the picture are averaged with the rest of it",
+    limitations: "caustics of a part of the image are averaged with the rest of it",
     charted: true,
     of: |seen| seen.mean(|now| flip(now.caustics_over_reference.as_ref()?, &seen.truth.whole, seen.exposure)),
 };
@@ -122,7 +122,7 @@ pub static FLIP_CAUSTICS: Measure = Measure {
 pub static RELMSE: Measure = Measure {
     key: "relmse",
     head: "relMSE",
-    description: "Relative mean squared error of the picture",
+    description: "Relative mean squared error of the image",
     limitations: "ten pixels can be nine tenths of it",
     charted: true,
     of: |seen| seen.mean(|now| relative(&now.whole, &seen.truth.whole)),
@@ -132,7 +132,7 @@ pub static RELMSE: Measure = Measure {
 pub static RELMSE_TRIMMED: Measure = Measure {
     key: "relmse_trimmed",
     head: "trimmed relMSE",
-    description: "Relative mean squared error of the picture, without the worst 0.1 % of the pixels",
+    description: "Relative mean squared error of the image, without the worst 0.1 % of the pixels",
     limitations: "fireflies are left out",
     charted: true,
     of: |seen| seen.mean(|now| finite(relmse::trimmed(&errors(&now.whole, &seen.truth.whole)?))),

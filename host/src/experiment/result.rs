@@ -52,7 +52,8 @@ enum Value {
 }
 
 /// Keys of axes in older files, and what they are called now.
-pub const RENAMED: [(&str, &str); 2] = [("filter", "denoiser"), ("needs", "features")];
+pub const RENAMED: [(&str, &str); 3] =
+    [("connections", "light_sampler"), ("filter", "denoiser"), ("needs", "features")];
 
 impl CellConfig {
     /// A scene and a camera; no axis has a value yet.
@@ -161,7 +162,7 @@ pub struct CellError {
     /// Frames of the progressive reference.
     pub reference_frames: u32,
     /// Image of the last frame, the first seed's: a PNG beside the JSON.
-    #[serde(rename = "picture")]
+    #[serde(alias = "picture")]
     pub image: Option<String>,
     /// FLIP of each of its pixels as PNG.
     pub error_map: Option<String>,

@@ -71,7 +71,7 @@ pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
     for name in images.flatten() {
         let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_.".contains(letter));
         let is_image = is_plain && name.ends_with(".png") && !name.starts_with('.');
-        ensure!(is_image, "its picture {name:?} is not the name of a PNG beside it");
+        ensure!(is_image, "its image {name:?} is not the name of a PNG beside it");
     }
     Ok(result)
 }

@@ -39,7 +39,7 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Channels, String> {
         for channel in &layer.channel_data.list {
             let own = channel.name.to_string();
             if channel.sampling != Vec2(1, 1) {
-                return Err(format!("its channel {own} has fewer pixels than the picture"));
+                return Err(format!("its channel {own} has fewer pixels than the image"));
             }
             let name = match &part {
                 Some(part) if !own.starts_with(&format!("{part}.")) => format!("{part}.{own}"),

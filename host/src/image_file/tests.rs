@@ -57,9 +57,9 @@ fn pictures_come_back_with_layers_and_attributes() {
     let [r, g, _] = read.layer("caustics").unwrap();
     assert_eq!((r, g[0]), (&[0.0, 10.0, 20.0, 30.0, 40.0, 50.0][..], 5.0));
     assert_eq!(read.layer("").unwrap()[0][5], 55.0);
-    assert_eq!(read.layer("deposits.count").unwrap()[2], &[7.0; 6][..]);
+    assert_eq!(read.layer("photons.count").unwrap()[2], &[7.0; 6][..]);
     assert!(read.layer("diffuse").is_none());
-    let names = ["beauty", "caustics", "deposits.count", "path", "points.depth", "points.radius"];
+    let names = ["beauty", "caustics", "path", "photons.count", "points.depth", "points.radius"];
     assert_eq!(read.layer_names(), names);
 }
 

@@ -27,10 +27,10 @@ pub enum Event {
     Scattered,
     /// Comes to the collection point.
     CollectionPoint,
-    /// Leaves the deposit.
-    Deposit,
+    /// Leaves the photon.
+    Photon,
     /// Ends on what emits.
-    Lamp,
+    Emitter,
     /// Ends: what it meets scatters nothing, or as many vertices are behind it as paths have.
     Ended,
     /// Passes a hole: alpha is cut off there.
@@ -52,8 +52,8 @@ impl Event {
             Event::Passed => "passed",
             Event::Scattered => "scattered",
             Event::CollectionPoint => "collection-point",
-            Event::Deposit => "deposit",
-            Event::Lamp => "lamp",
+            Event::Photon => "photon",
+            Event::Emitter => "emitter",
             Event::Ended => "ended",
             Event::Hole => "hole",
             Event::Blended => "blended",

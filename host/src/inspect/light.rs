@@ -55,7 +55,7 @@ impl Receive for Follow<'_> {
 
     fn receive(&mut self, (): &mut (), geometry: PhotonGeometry, _light: PhotonLight) {
         if geometry.scatterings == self.scatterings {
-            self.record.end(Event::Deposit);
+            self.record.end(Event::Photon);
             self.is_done = true;
         }
     }
@@ -97,7 +97,7 @@ fn light(view: View<'_>, emission: &EmissionSample) -> Option<Light> {
     let row = rows.iter().position(is_it).map(|row| row as u32).or_else(|| area_light_behind(view, ray))?;
     let kind = rows.get(row as usize)?.kind;
     let (_, name) = Features::NAMES.into_iter().find(|(bit, _)| bit.0 == kind)?;
-    Some(Light { row, kind: name.trim_end_matches("-lights") })
+    Some(Light { id: row, kind: name.trim_end_matches("-lights") })
 }
 
 /// The row of the emitting triangle that a ray left.

@@ -64,7 +64,7 @@ impl Session {
             frame,
             camera_path: camera::path(view, pixel, method.gathers),
             point: None,
-            deposits: None,
+            photons: None,
             light_paths: Vec::new(),
         };
         if method.gathers {
@@ -75,8 +75,8 @@ impl Session {
             if method.chooses_gather {
                 let words = self.read::<u32>("accumulator")?;
                 let gathered = words[((pixel + 1) * accumulator::WORDS - 1) as usize];
-                let (deposits, paths) = self.taken(&last, &taker, light_paths)?;
-                inspection.deposits = Some(Photons { gathered, ..deposits });
+                let (photons, paths) = self.taken(&last, &taker, light_paths)?;
+                inspection.photons = Some(Photons { gathered, ..photons });
                 inspection.light_paths = paths;
             }
         }
@@ -106,7 +106,7 @@ impl Session {
         let traced = groups.iter().map(|group| group.paths.len() as u32).sum();
         let all = if taker.geometry.exists() { last.params.light_path_count } else { 0 };
         let (flux, radiance) = taker.sum(&found);
-        let deposits = Photons {
+        let photons = Photons {
             gathered: 0,
             count: found.len() as u32,
             light_paths: traced,
@@ -115,7 +115,7 @@ impl Session {
             radiance,
             some: some.iter().map(|found| taker.told(found)).collect(),
         };
-        Ok((deposits, light_paths))
+        Ok((photons, light_paths))
     }
 
     /// The light paths of a frame that can be traced again, in their order.

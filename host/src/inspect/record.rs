@@ -103,7 +103,7 @@ impl PathObserver for Record<'_> {
     fn arrive(&mut self, ray: &Ray, hit: &Hit, here: &Here, carries: Vec3) {
         self.pass(ray, hit, carries);
         let View { scene, features, .. } = self.view;
-        let event = if here.light == NONE { Event::Ended } else { Event::Lamp };
+        let event = if here.light == NONE { Event::Ended } else { Event::Emitter };
         self.vertices.push(self.vertex(here, hit, event, carries));
         self.here = Some((*here, material_at(scene.tables(), here, features)));
     }

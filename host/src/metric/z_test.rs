@@ -47,8 +47,8 @@ pub static Z_LARGEST: Metric = Metric {
 
 /// Difference of the whole image, in units of its noise.
 pub static Z_IMAGE: Metric = Metric {
-    name: "z_picture",
-    description: "Difference of the whole picture, in units of its noise",
+    name: "z_image",
+    description: "Difference of the whole image, in units of its noise",
     unit: "1",
     better: Better::NearZero,
     limitations: "what is too bright here and too dark there cancels",

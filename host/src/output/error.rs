@@ -4,7 +4,7 @@
 #[derive(Debug, thiserror::Error)]
 pub enum EncodeError {
     /// There are not `width * height` colours.
-    #[error("a picture of {width} x {height} pixels has {colors} colours")]
+    #[error("an image of {width} x {height} pixels has {colors} colours")]
     Size {
         /// Width (px).
         width: u32,

@@ -45,7 +45,7 @@ pub fn encode(
     }
     number("points.radius", image.radius.clone());
     number("points.depth", image.depth.clone());
-    number("deposits.count", image.photons.clone());
+    number("photons.count", image.photons.clone());
     number("samples.count", vec![samples as f32; variance.len()]);
     for (name, values) in image.auxiliary.channels() {
         number(&name, values);

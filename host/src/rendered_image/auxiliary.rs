@@ -15,7 +15,7 @@ pub enum Aov {
     Depth,
     /// Position in the file's coordinates (m)
     Position,
-    /// Way from the picture before (px), to the right and down
+    /// Way from the image before (px), to the right and down
     Motion,
     /// Index of the material
     Material,

@@ -63,7 +63,7 @@ pub fn inline(table: &Table) -> Markup {
     let mut short = table.clone();
     short.columns.retain(|column| column.key != "not_needed");
     html! {
-        p .note { "The same frame with the code that the scene needs alone, and with all code alive." }
+        p .note { "The same frame with the code that the scene needs alone, and with all code compiled in." }
         (short.inline())
         @for (scene, names) in said { p .note { b { (scene) } " does without " (names) "." } }
     }

@@ -85,7 +85,7 @@ pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<
         notes.push(format!("What was not measured alike has a front of its own: {}.", all.join(", ")));
     }
     if marks.iter().any(|mark| mark.cell.result.cell.text(&FEATURES) == "all") {
-        notes.push("Hollow marks have all code alive, what the scene does not need too.".into());
+        notes.push("Hollow marks have all code compiled in, what the scene does not need too.".into());
     }
     if marks.iter().any(|mark| mark.error_off > 0.0) {
         notes.push("Bars: standard error between seeds, and quartiles of the frame's time.".into());

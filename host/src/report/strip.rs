@@ -40,7 +40,7 @@ pub fn strip(
         }
     }
     Ok(Some(html! {
-        div .strip tabindex="0" role="group" aria-label={ "Pictures of " (scene.title) } {
+        div .strip tabindex="0" role="group" aria-label={ "Images of " (scene.title) } {
             @for reference in &references {
                 figure .tile {
                     (reference.show(&format!("Reference of {}", scene.title)))
@@ -56,7 +56,7 @@ pub fn strip(
             }
         }
         @if shown.iter().any(|cell| cell.error_map.is_some()) {
-            p .note { "Below each picture its FLIP: black is equal, light yellow is as different as can be." }
+            p .note { "Below each image its FLIP: black is equal, light yellow is as different as can be." }
         }
         (wipe(scene, &shown))
     }))
@@ -107,12 +107,12 @@ fn wipe(scene: &Scene, shown: &[Shown]) -> Markup {
                 svg .image viewBox=(view) role="img" aria-label={ "Reference of " (scene.title) } {
                     use data-part="reference" href=(reference.reference()) {}
                 }
-                svg .image.over viewBox=(view) role="img" aria-label={ "The chosen picture of " (scene.title) } {
+                svg .image.over viewBox=(view) role="img" aria-label={ "The chosen image of " (scene.title) } {
                     use data-part="cell" href=(first.image.reference()) {}
                 }
                 span .tag.left { (first.name) }
                 span .tag.right { "reference" }
-                div .handle role="slider" tabindex="0" aria-label="Part of the width that shows the chosen picture"
+                div .handle role="slider" tabindex="0" aria-label="Part of the width that shows the chosen image"
                     aria-valuemin="0" aria-valuemax="100" aria-valuenow="50" aria-valuetext="50 %" { span .knob {} }
             }
         }

@@ -116,7 +116,7 @@ fn every_metric_is_reported_with_its_value_or_the_reason() {
         assert!((metrics[name].as_f64().unwrap() - value).abs() < 1e-12, "{name}: {}", metrics[name]);
     }
     assert!(metrics["flip_hdr"].as_f64().unwrap() > 0.0 && metrics["flip_ldr"].as_f64().unwrap() > 0.0);
-    assert!(metrics["z_picture"].is_null() && metrics["relmse_bias2"].is_null());
+    assert!(metrics["z_image"].is_null() && metrics["relmse_bias2"].is_null());
     assert_eq!((&report["runs"], &report["layer"]), (&1.into(), &"beauty".into()));
     assert_eq!((&report["images"][0], &report["reference"]), (&"a.exr".into(), &"b.exr".into()));
     assert_eq!(report["region"], serde_json::json!({ "x": 0, "y": 0, "width": 20, "height": 12 }));
@@ -234,11 +234,11 @@ fn runs_split_the_error_and_the_z_test_tells_noise_from_bias() {
 
     let brighter = report(1.02, &[]);
     assert!(get(&brighter["metrics"], "z_surprise") > 3.0, "{brighter}");
-    assert!(get(&brighter["metrics"], "z_picture") > 4.0, "{brighter}");
+    assert!(get(&brighter["metrics"], "z_image") > 4.0, "{brighter}");
 
     // One image with its variance will do, too.
     desk.write("one.exr", &[("", &noisy(1.02, 0)), ("variance", &grey(0.03))]);
-    let arguments = ["one.exr", "reference.exr", "--fail-above", "z_picture=4"];
+    let arguments = ["one.exr", "reference.exr", "--fail-above", "z_image=4"];
     assert_eq!(desk.compare(&arguments).0, 3);
     desk.write("one.exr", &[("", &noisy(1.0, 0)), ("variance", &grey(0.03))]);
     assert_eq!(desk.compare(&arguments).0, 0);

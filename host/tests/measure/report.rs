@@ -74,7 +74,7 @@ fn the_page_needs_nothing_but_itself() {
     let images: Vec<&str> =
         select(&page, "image, img").iter().map(|node| node.attr("href").unwrap()).collect();
     assert!(images.len() > 20 && images.iter().all(|address| address.starts_with("data:image/png;base64,")));
-    assert_eq!(images.iter().collect::<BTreeSet<_>>().len(), images.len(), "a picture is in the page twice");
+    assert_eq!(images.iter().collect::<BTreeSet<_>>().len(), images.len(), "an image is in the page twice");
     assert_eq!(text.matches("data:image/png").count(), images.len());
     for target in select(&page, "use, a").iter().map(|node| node.attr("href").unwrap()) {
         assert!(target.starts_with('#'), "{target}");
@@ -204,7 +204,7 @@ fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
     fixture::save(&desk.path("seen"), &mut seen);
     let (_, page) = desk.page(&["seen", "--force"]);
     assert!(select(&page, ".chart, #features").is_empty());
-    assert_eq!(select(&page, ".tile").len(), 2, "reference and picture");
+    assert_eq!(select(&page, ".tile").len(), 2, "reference and image");
     assert_eq!(select(&page, ".wipe-box option").len(), 1);
 
     let mut both = cells[3].clone();
@@ -300,7 +300,7 @@ fn a_picture_from_elsewhere_is_not_shown() {
     let file = desk.path("one/cells").join(format!("{}.json", cell.identity));
     std::fs::write(file, serde_json::to_vec(&cell).unwrap()).unwrap();
     let (code, stderr) = desk.report(&["one", "-o", "a.html"]);
-    assert!(code == 1 && stderr.contains(&cell.identity) && stderr.contains("picture"), "{stderr}");
+    assert!(code == 1 && stderr.contains(&cell.identity) && stderr.contains("image"), "{stderr}");
     assert!(!desk.path("a.html").exists());
 }
 

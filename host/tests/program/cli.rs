@@ -101,8 +101,8 @@ fn made_on_demand(name: &str) -> Value {
 
     let report = render(folder.path(), name, "made.exr", &[&TINY[..], &["--json"]].concat());
     let counters = &serde_json::from_str::<Value>(&report).unwrap()["counters"];
-    assert!(counters["deposits"].as_u64().unwrap() > 100, "{counters}");
-    for fault in ["media_overflow", "non_finite", "clamped", "deposits_dropped"] {
+    assert!(counters["photons"].as_u64().unwrap() > 100, "{counters}");
+    for fault in ["media_overflow", "non_finite", "clamped", "photons_dropped"] {
         assert_eq!(counters[fault], 0, "{fault}");
     }
     info
@@ -129,7 +129,7 @@ mod long {
             assert!(features.contains(&need.into()), "{need} is not in {features:?}");
         }
         // Nobody stands inside of glass: no kernel has to look for media at the eye and the lamps.
-        assert!(!features.contains(&"enclosed".into()), "{features:?}");
+        assert!(!features.contains(&"starts-in-medium".into()), "{features:?}");
     }
 }
 
@@ -196,7 +196,7 @@ fn a_render_reports_times_counters_needs_and_device() {
     let spent = spent + energy("left_to_camera");
     assert!(energy("emitted") > 0.0 && energy("absorbed") > 0.0 && energy("cut") > 0.0);
     assert!((spent / energy("emitted") - 1.0).abs() < 0.1 && energy("residual").abs() < 0.1);
-    for counter in ["camera_rays", "shadow_rays", "light_rays", "deposits"] {
+    for counter in ["camera_rays", "shadow_rays", "light_rays", "photons"] {
         assert!(report["counters"][counter].as_u64().unwrap() > 0, "{counter}");
     }
     assert!(report["rates"]["light_paths_per_s"].as_f64().unwrap() > 0.0);
@@ -215,8 +215,8 @@ fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
     let names: Vec<_> = image.channels.keys().map(String::as_str).collect();
     let expected = [
         ["B", "G", "R", "caustics.B"],
-        ["caustics.G", "caustics.R", "deposits.count", "path.B"],
-        ["path.G", "path.R", "points.depth", "points.radius"],
+        ["caustics.G", "caustics.R", "path.B", "path.G"],
+        ["path.R", "photons.count", "points.depth", "points.radius"],
     ];
     assert_eq!(names, expected.concat());
     for lane in ["R", "G", "B"] {
@@ -228,11 +228,11 @@ fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
         assert!(image.sum(&format!("path.{lane}")) > 0.0);
         assert!(image.sum(&format!("caustics.{lane}")) > 0.0);
     }
-    // Points have a radius exactly where they have a depth, and deposits only there.
+    // Points have a radius exactly where they have a depth, and photons only there.
     for ((radius, depth), photons) in image.channels["points.radius"]
         .iter()
         .zip(&image.channels["points.depth"])
-        .zip(&image.channels["deposits.count"])
+        .zip(&image.channels["photons.count"])
     {
         assert_eq!(*radius > 0.0, *depth > 0.0);
         assert!(*photons == 0.0 || *depth > 0.0);
@@ -283,7 +283,7 @@ fn every_cpu_makes_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
     let runs = [
         ("mirror-room", &["--frames", "3"][..]),
-        ("glossy-room", &["--method", "yang2021", "--connections", "power"]),
+        ("glossy-room", &["--method", "yang2021", "--light-sampler", "power"]),
         ("animated-light", &["--method", "path", "--sampler", "independent", "--features", "all"]),
     ];
     for (scene, options) in runs {
@@ -310,7 +310,7 @@ fn a_scene_without_casters_shoots_nothing() {
             serde_json::from_str(&render(folder.path(), "plain-room", "out.exr", &options)).unwrap();
         assert_eq!(report["counters"]["light_rays"], 0);
         let image = ExrImage::read(&folder.path().join("out.exr"));
-        for name in ["caustics.R", "caustics.G", "caustics.B", "deposits.count"] {
+        for name in ["caustics.R", "caustics.G", "caustics.B", "photons.count"] {
             assert!(image.channels[name].iter().all(|&value| value == 0.0), "{name} --features {features}");
         }
     }
@@ -377,7 +377,7 @@ fn a_gpu_renders_under_validation() {
     }
     assert_eq!(output.status.code(), Some(0), "{stderr}");
     let image = ExrImage::read(&folder.path().join("out.exr"));
-    assert!(image.sum("path.G") > 0.0 && image.sum("deposits.count") > 0.0);
+    assert!(image.sum("path.G") > 0.0 && image.sum("photons.count") > 0.0);
 }
 
 #[cfg(unix)]

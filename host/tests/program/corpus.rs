@@ -73,7 +73,7 @@ fn shards_replay() {
 
 #[test]
 fn cached_trees_replay() {
-    replay("tree", fuzzing::bvh);
+    replay("bvh", fuzzing::bvh);
 }
 
 /// Every target has a corpus that a test above replays, and is in the manifest of `fuzz/`.

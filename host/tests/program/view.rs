@@ -183,7 +183,7 @@ fn nobody_comes_without_the_token_or_from_another_page() {
         assert!(page_lower.contains(header), "{header}");
     }
     let zeros = "0".repeat(TOKEN.len());
-    for path in ["/", "/?token=", &format!("/?token={zeros}"), "/picture.exr", "/connection"] {
+    for path in ["/", "/?token=", &format!("/?token={zeros}"), "/image.exr", "/connection"] {
         let (status, answer) = program.get(path, &own);
         assert_eq!(status, 403, "{path}");
         assert!(!answer.contains(TOKEN) && !answer.contains("canvas"), "{answer}");
@@ -312,7 +312,7 @@ fn command_of(scene: &Scene) -> Option<String> {
     let program = Program::serve(command.current_dir(scene.write().path()), "scene.gltf");
     program.own_page().until(|word| {
         let is_there =
-            word["is"] == "status" && word["moves"] == false && word["picture"]["samples"].as_u64() > Some(0);
+            word["is"] == "status" && word["moves"] == false && word["image"]["samples"].as_u64() > Some(0);
         is_there.then(|| word["command"].as_str().map(String::from))
     })
 }
@@ -351,7 +351,7 @@ fn a_copied_command_says_the_name_of_a_hostile_camera_and_runs_nothing_else() {
         assert!(arguments.windows(2).any(is_named), "{arguments:?}");
         let render = run(command);
         assert!(render.status.success(), "{}", String::from_utf8_lossy(&render.stderr));
-        assert!(scene.path().join("picture.exr").exists() && !scene.path().join("OWNED").exists());
+        assert!(scene.path().join("image.exr").exists() && !scene.path().join("OWNED").exists());
     }
     // No argument has a NUL, and another name would be another camera.
     let mut scene = Scene::new("ring");

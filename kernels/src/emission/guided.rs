@@ -36,8 +36,8 @@ crate::shoot_pass!(joint "shoot.guided", |power, guide_maps: &[GuideMap], guide_
 #[cfg(not(target_arch = "spirv"))]
 pub const GUIDED: Emission = Emission {
     name: "guided",
-    description: "from lights and into parts of the casters' cones that gave the picture something, as earlier frames saw it",
-    cost: "up to 16 cones a path, an addition for each pair of deposit and point, and a few passes over at most a million texels",
+    description: "from lights and into parts of the casters' cones that gave the image something, as earlier frames saw it",
+    cost: "up to 16 cones a path, an addition for each pair of photon and point, and a few passes over at most a million texels",
     limitations: "a frame depends on those before; light that moves by more than a texel or so a frame is found by the first eighth of \
             a frame's paths alone; what casts beside the cones is seen by a coarse map; where a lamp goes out or on, what is known \
             of those behind it in the table is taken for another's",
@@ -155,7 +155,7 @@ fn plus(a: GuideSum, b: GuideSum) -> GuideSum {
 
 /// What paths are sampled by: of a texel the root of its mean score, shrunk towards those of the nodes above it; of other nodes,
 /// the sum.
-#[pass(name = "guide.tree", over = Map::count(0, map_count(params)), work = Guide)]
+#[pass(name = "guide.pyramid", over = Map::count(0, map_count(params)), work = Guide)]
 pub fn guide_pyramid(
     index: u32,
     params: &FrameParams,

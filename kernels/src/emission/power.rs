@@ -9,7 +9,7 @@ crate::shoot_pass!(joint "shoot.store", |power| power);
 #[cfg(not(target_arch = "spirv"))]
 pub const POWER: Emission = Emission {
     name: "power",
-    description: "lights by their share of the flux, all of their places and directions alike",
+    description: "lights by their share of the flux, all of their positions and directions alike",
     cost: "nothing",
     limitations: "most paths go where nobody sees a caustic",
     uses_casters: false,

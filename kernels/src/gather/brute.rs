@@ -1,4 +1,4 @@
-//! Brute force: every point looks at every deposit. O(points x deposits): the oracle of every gather, nothing else.
+//! Brute force: every point looks at every photon. O(points x photons): the oracle of every gather, nothing else.
 
 use crate::gather::tables::{Build, Tables};
 use crate::gather::variant::Variant;
@@ -10,8 +10,8 @@ pub struct Brute;
 impl Index for Brute {
     const VARIANT: Variant = Variant {
         name: "brute",
-        description: "every point looks at every deposit: the oracle, O(points x deposits)",
-        cost: "points x deposits",
+        description: "every point looks at every photon: the oracle, O(points x photons)",
+        cost: "points x photons",
         limitations: "nowhere: it is the oracle, and slow",
         ..Variant::NEW
     };

@@ -1,9 +1,9 @@
-//! Photons in a hash grid: deposits are sorted by cell, and each point visits the cells that its box meets.
+//! Photons in a hash grid: photons are sorted by cell, and each point visits the cells that its box meets.
 //!
 //! Source: the grid of progressive photon mapping [Hachisuka and Jensen 2009], with counting instead of sorting.
-//! Cost: one pass over the points and two over the deposits to build; a point reads a few cells' deposits.
+//! Cost: one pass over the points and two over the photons to build; a point reads a few cells' photons.
 //! Where it is slow: a point whose radius is far above the median visits many cells (at most as many as there are
-//! deposits: beyond that it looks at all of them); and on a GPU, where one disc takes many deposits in its one invocation (seen
+//! photons: beyond that it looks at all of them); and on a GPU, where one disc takes many photons in its one invocation (seen
 //! through the rim of a glass, most of what guided light paths leave). It is exact for every radius.
 
 use crate::gather::hash::{RADIUS_BINS, Runs, cell, common_cell_size, radius_bin, reserve, slot};
@@ -21,8 +21,8 @@ const CELL_SIZE: u32 = RADIUS_BINS;
 impl Index for PhotonsGrid {
     const VARIANT: Variant = Variant {
         name: "photons-grid",
-        description: "deposits in a hash grid, gathered from each point",
-        cost: "a pass over the points and two over the deposits; a point reads a few cells",
+        description: "photons in a hash grid, gathered from each point",
+        cost: "a pass over the points and two over the photons; a point reads a few cells",
         limitations: "slow where radii are far above the median",
         frame: &[
             Stage::Clear(0),

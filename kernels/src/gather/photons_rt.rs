@@ -1,14 +1,14 @@
-//! The reverse index: boxes of one size around the deposits in an acceleration structure, searched by ray queries from
+//! The reverse index: boxes of one size around the photons in an acceleration structure, searched by ray queries from
 //! each point.
 //!
 //! Source: [Evangelou, Papaioannou, Vardis and Vasilakis 2021, Rasterisation-free photon mapping, JCGT 10(1)], where one
 //! radius serves all points. Here points have radii of their own, so the boxes fit nine points in ten; for those a query
-//! of almost no length does. A larger disc is swept by parallel rays, a box's width apart, and each deposit belongs to
+//! of almost no length does. A larger disc is swept by parallel rays, a box's width apart, and each photon belongs to
 //! the one ray whose column holds its centre: so it is exact for every radius.
-//! Cost: a sort of the deposits by Morton codes (some drivers build BVHs in the order of their input) and a structure over
+//! Cost: a sort of the photons by Morton codes (some drivers build BVHs in the order of their input) and a structure over
 //! them in every batch, whose size the host must wait for; a query a point.
-//! Where it is slow: discs far above the common radius take many rays (at most as many as there are deposits: beyond that
-//! it looks at all of them), and where there are more deposits than points.
+//! Where it is slow: discs far above the common radius take many rays (at most as many as there are photons: beyond that
+//! it looks at all of them), and where there are more photons than points.
 
 use crate::gather::Index;
 use crate::gather::hash::{RADIUS_BINS, common_cell_size, radius_bin};
@@ -29,9 +29,9 @@ const WIDTH: u32 = RADIUS_BINS;
 impl Index for PhotonsRt {
     const VARIANT: Variant = Variant {
         name: "photons-rt",
-        description: "boxes around deposits, searched by ray queries from each point",
-        cost: "a sort of the deposits and a structure over them in every batch; a query a point",
-        limitations: "slow where radii are far above the common one, and where deposits outnumber points",
+        description: "boxes around photons, searched by ray queries from each point",
+        cost: "a sort of the photons and a structure over them in every batch; a query a point",
+        limitations: "slow where radii are far above the common one, and where photons outnumber points",
         hardware: true,
         frame: &[
             Stage::Clear(2),
@@ -101,7 +101,7 @@ mod query {
     use spirv_std::ray_query;
     use spirv_std::ray_tracing::{AccelerationStructure, RayFlags, RayQuery};
 
-    /// Visits the deposits in the box.
+    /// Visits the photons in the box.
     #[inline(always)]
     pub fn for_each_near<V: Visit>(
         structure: &AccelerationStructure,
@@ -112,7 +112,7 @@ mod query {
         let width = f32::from_bits(tables.index_2[WIDTH as usize]);
         let half = near.half_extent;
         if half.max_element() <= 0.5 * width {
-            // Every box that holds a deposit of the disc holds the disc's centre.
+            // Every box that holds a photon of the disc holds the disc's centre.
             column(
                 structure,
                 tables,
@@ -150,7 +150,7 @@ mod query {
         }
     }
 
-    /// Visits the deposits whose boxes a ray along z meets and whose centres are in a column.
+    /// Visits the photons whose boxes a ray along z meets and whose centres are in a column.
     #[inline(always)]
     fn column<V: Visit>(
         structure: &AccelerationStructure,

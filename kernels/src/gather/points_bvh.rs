@@ -1,8 +1,8 @@
 //! A BVH over the points, in software: points in Morton order, eight to a leaf and eight boxes to a node, the
-//! whole BVH implied by its size; each deposit descends into the boxes that hold it.
+//! whole BVH implied by its size; each photon descends into the boxes that hold it.
 //!
 //! Source: the paper's index, and linear bounding volume hierarchies [Lauterbach et al. 2009, Fast BVH construction on
-//! GPUs]. Cost: a sort of the points and a pass over the nodes of each level, once a frame; a deposit tests eight boxes a
+//! GPUs]. Cost: a sort of the points and a pass over the nodes of each level, once a frame; a photon tests eight boxes a
 //! level and about eight points a leaf that it is in.
 //! Where it is slow: points of very different radii in one place: a large disc makes the boxes of its small neighbours
 //! large. It is exact for every radius.
@@ -24,8 +24,8 @@ const WIDTH: u32 = 8;
 impl Index for PointsBvh {
     const VARIANT: Variant = Variant {
         name: "points-bvh",
-        description: "the paper's index in software: a tree of boxes around points, searched from each deposit",
-        cost: "a sort of the points and a pass over each level, once a frame; eight boxes a level a deposit",
+        description: "the paper's index in software: a BVH over the points, searched from each photon",
+        cost: "a sort of the points and a pass over each level, once a frame; eight boxes a level a photon",
         limitations: "slow where radii differ much in one place",
         side: Side::Points,
         frame: &[

@@ -1,8 +1,8 @@
-//! Points in hash grids: a level for each power of two of radius, whose cells hold a disc; each deposit visits the cells
+//! Points in hash grids: a level for each power of two of radius, whose cells hold a disc; each photon visits the cells
 //! about it in every level that has points.
 //!
 //! Source: hierarchical hash grids [Eitz and Lixu 2007, Hierarchical spatial hashing for real-time collision detection].
-//! Cost: two passes over the points to build, once a frame, whatever the number of light paths; a deposit looks into
+//! Cost: two passes over the points to build, once a frame, whatever the number of light paths; a photon looks into
 //! eight cells a level. Scenes that are seen directly and in mirrors have four to eight levels.
 //! Where it is slow: many levels, and points that crowd a cell: those of one surface that is seen from afar at a grazing
 //! angle. It is exact for every radius.
@@ -25,8 +25,8 @@ const LEVEL_COUNT: u32 = RADIUS_BINS;
 impl Index for PointsGrid {
     const VARIANT: Variant = Variant {
         name: "points-grid",
-        description: "points in hash grids by radius, searched from each deposit",
-        cost: "two passes over the points, once a frame; eight cells a level a deposit",
+        description: "points in hash grids by radius, searched from each photon",
+        cost: "two passes over the points, once a frame; eight cells a level a photon",
         limitations: "slow where radii span many levels, and where points crowd a cell",
         side: Side::Points,
         frame: &[

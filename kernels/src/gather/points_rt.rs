@@ -1,8 +1,8 @@
 //! The paper's gather: boxes around the collection points in an acceleration structure, searched by a ray query of
-//! almost no length from each deposit; every candidate is visited and none committed.
+//! almost no length from each photon; every candidate is visited and none committed.
 //!
-//! Source: [Moreau and Doggett 2022]; there the light path queries as it deposits, here the deposits are stored before.
-//! Cost: a structure over all pixels every frame, and a query a deposit.
+//! Source: [Moreau and Doggett 2022]; there the light path queries as it deposits, here the photons are stored before.
+//! Cost: a structure over all pixels every frame, and a query a photon.
 //! Where it is wrong: nowhere; candidates may lie outside their box, so the disc test decides.
 
 use crate::gather::Index;
@@ -18,8 +18,8 @@ pub struct PointsRt;
 impl Index for PointsRt {
     const VARIANT: Variant = Variant {
         name: "points-rt",
-        description: "the paper's: boxes around points, searched by ray queries from each deposit",
-        cost: "a structure over all pixels every frame, and a query a deposit",
+        description: "the paper's: boxes around points, searched by ray queries from each photon",
+        cost: "a structure over all pixels every frame, and a query a photon",
         limitations: "nowhere",
         side: Side::Points,
         hardware: true,
@@ -104,7 +104,7 @@ mod tests {
             let (a, b, c) = (rng.next4(), rng.next4(), rng.next4());
             let normal = uniform_sphere(a.x, a.y);
             let point = PointGeometry { position: Vec3::new(3.0, -2.0, 1.0), radius: 0.1, normal, depth: 1 };
-            // A deposit near the disc's rim whose normal leans by up to 26 degrees.
+            // A photon near the disc's rim whose normal leans by up to 26 degrees.
             let tilt = (normal + uniform_sphere(b.x, b.y) * 0.44).normalize();
             let away = (uniform_sphere(c.x, c.y) * 0.1) * (0.9 + 0.1 * c.z);
             let photon =

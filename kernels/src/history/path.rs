@@ -289,7 +289,7 @@ fn max_frames(changed: f32, late: f32) -> f32 {
 }
 
 /// Reprojects light of the previous frame to each pixel.
-#[pass(name = "path.lend", over = params.pixel_count(), work = Reuse)]
+#[pass(name = "path.reproject", over = params.pixel_count(), work = Reuse)]
 pub fn path_reproject(
     pixel: u32,
     params: &FrameParams,

@@ -39,7 +39,7 @@ pub const VALIDATED: History = History {
     description: "all frames that still hold by the validation paths, from the nearest point",
     cost: "as paper, and light paths that give no light: an eighth of the others, of --light-paths auto a quarter a pixel",
     limitations: "light that moves by more than a disc or so a frame is as noisy as without a history; where few validation paths \
-            deposit, cells are large, and a change in a part of one is seen late; how far light moved is judged by the radius \
+            photon, cells are large, and a change in a part of one is seen late; how far light moved is judged by the radius \
             of a direct view, behind curved mirrors too",
     settings: Some(HistorySettings { search_radius: 1.3, lag: 0.25, max_samples: 1024.0, demodulates: 1 }),
     before: |params| {

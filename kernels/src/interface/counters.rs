@@ -37,8 +37,8 @@ pub const COUNTER_COUNT: usize = (LEDGER_FIRST + 2 * ENTRY_COUNT * LEDGER_BANKS)
 
 /// Names of the counters that a person wants to see.
 pub const COUNTER_NAMES: [(Counter, &str); 12] = [
-    (Counter::Photons, "deposits"),
-    (Counter::PhotonsDropped, "deposits_dropped"),
+    (Counter::Photons, "photons"),
+    (Counter::PhotonsDropped, "photons_dropped"),
     (Counter::Gathered, "gathered"),
     (Counter::Clamped, "clamped"),
     (Counter::NonFinite, "non_finite"),

@@ -63,13 +63,13 @@ macro_rules! lights_and_others {
             /// Somebody asks where the light's energy goes.
             LEDGER "ledger";
             /// The eye or a light stands inside of a medium.
-            STARTS_IN_MEDIUM "enclosed";
+            STARTS_IN_MEDIUM "starts-in-medium";
             /// Some mesh moves, or is stored once for many nodes.
             INSTANCES "instances";
             /// Solids of media may overlap, or the surface of some medium is open.
             NESTED "nested";
             /// The surface of some medium is open.
-            OPEN_SURFACES "sheets";
+            OPEN_SURFACES "open-surfaces";
             /// Points are reused in the next frame: where mirrors and lenses image them is known.
             HISTORY "history";
             /// Path-traced light is bounded, smoothed or reused: what it is made of is kept.

@@ -1,6 +1,6 @@
-//! `splat.kim2019`: adds each deposit to the one pixel that it is seen in, if that pixel sees the point where it lies.
+//! `splat.kim2019`: adds each photon to the one pixel that it is seen in, if that pixel sees the point where it lies.
 //!
-//! Source: [Kim 2019, Caustics using screen-space photon mapping, Ray Tracing Gems, ch. 30]. Cost: a projection a deposit,
+//! Source: [Kim 2019, Caustics using screen-space photon mapping, Ray Tracing Gems, ch. 30]. Cost: a projection a photon,
 //! whatever the number of pixels. Where it is wrong: receivers are primary surfaces only, so that caustics in mirrors,
 //! through glass and off glossy surfaces are missing; a pixel is a sharp box, so that few light paths are grains; light
 //! leaks between surfaces whose distances from the eye agree within 1 %. Beyond that a pixel at a slant takes the depth of
@@ -29,14 +29,14 @@ use crate::platform::{AtomicWords, Atomics};
 use crate::surface::textured::material_of;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// Largest difference between the distances of a deposit and of the surface that its pixel sees, relative to either.
+/// Largest difference between the distances of a photon and of the surface that its pixel sees, relative to either.
 const DISTANCE_TOLERANCE: f32 = 0.01;
 /// Smallest cosine that a pixel is projected with.
 const MIN_COS: f32 = 0.01;
 
-/// Area of a pixel on the tangent plane of the deposit.
+/// Area of a pixel on the tangent plane of the photon.
 pub const AREA_FOOTPRINT: u32 = 0;
-/// Kim's area of a pixel: on a sphere about the eye through the deposit, (d f_w / (f W)) (d f_h / (f H)).
+/// Kim's area of a pixel: on a sphere about the eye through the photon, (d f_w / (f W)) (d f_h / (f H)).
 pub const AREA_FACING: u32 = 1;
 
 #[cfg(not(target_arch = "spirv"))]
@@ -44,7 +44,7 @@ pub const AREA_FACING: u32 = 1;
 pub const KIM2019: Method = Method {
     name: "kim2019",
     description: "Kim 2019: photons splatted to the pixels that see them directly",
-    cost: "a projection a deposit: no index, no search",
+    cost: "a projection a photon: no index, no search",
     limitations: "caustics are seen on primary surfaces only, never in a mirror; few light paths are grains",
     gathers: true,
     supports_history: false,
@@ -76,7 +76,7 @@ fn steps(parts: Parts, params: &FrameParams, area: u32) -> Vec<Step> {
     })
 }
 
-/// Adds each deposit to its pixel; the dispatch's level chooses the pixel's area.
+/// Adds each photon to its pixel; the dispatch's level chooses the pixel's area.
 #[pass(
     name = "splat.kim2019",
     over = params.photon_capacity,
@@ -133,7 +133,7 @@ pub fn splat_kim2019(
     }
 }
 
-/// Whether a deposit, seen at `position_px`, lies on the surface that its pixel sees in `point`: as far from the eye, or on the plane
+/// Whether a photon, seen at `position_px`, lies on the surface that its pixel sees in `point`: as far from the eye, or on the plane
 /// that the pixels next to it on that side, in its row and in its column, see too. At a slant a pixel reaches over far more
 /// of its distance than the tolerance. What lies between points of one plane that are seen is seen; beyond the last of them
 /// something may stand before it, as a wall does.
@@ -200,7 +200,7 @@ fn pixel_of(position_px: Vec2, params: &FrameParams) -> u32 {
         + (position_px.x as u32).min(params.width - 1)
 }
 
-/// Area of a pixel at the deposit (m^2).
+/// Area of a pixel at the photon (m^2).
 #[inline(always)]
 fn area(photon: &PhotonGeometry, to: Vec3, distance: f32, kind: u32, params: &FrameParams) -> f32 {
     let Camera { right, up, forward, .. } = params.camera;

@@ -1,7 +1,7 @@
-//! `shoot.yang2021`: traces light sub-paths with their differentials and spreads each deposit over the pixels around it
+//! `shoot.yang2021`: traces light sub-paths with their differentials and spreads each photon over the pixels around it
 //! [Yang and Ouyang 2021]. Receivers are primary surfaces: points at camera vertex 1.
 //!
-//! What a deposit gives is added to the sums of collection points as gathers do, times pi R^2 of the point, which `resolve`
+//! What a photon gives is added to the sums of collection points as gathers do, times pi R^2 of the point, which `resolve`
 //! divides by.
 
 #[cfg(target_arch = "spirv")]
@@ -52,7 +52,7 @@ pub mod footprint;
 pub const YANG2021: Method = Method {
     name: "yang2021",
     description: "adaptive anisotropic photon scattering: ellipses on primary surfaces, guided by feedback",
-    cost: "OurBasic's light paths and the pixels of their ellipses; no index, no stored deposit",
+    cost: "OurBasic's light paths and the pixels of their ellipses; no index, no stored photon",
     limitations: "only primary surfaces receive; an ellipse blurs, and at borders and thin walls part of it is lost or leaks; the \
             extent of a lamp, normal maps and diffuse bounces do not widen it",
     gathers: true,
@@ -86,7 +86,7 @@ fn prepare(params: &FrameParams) -> Vec<Step> {
     steps
 }
 
-/// Light paths, one an invocation; deposits are spread over the image.
+/// Light paths, one an invocation; photons are spread over the image.
 #[pass(name = "shoot.yang2021", over = params.light_path_batch, work = Light)]
 pub fn shoot_yang2021(
     index: u32,
@@ -127,7 +127,7 @@ const LOBE_SHARE: f32 = 0.3;
 /// 1 / quantum of a texel's feedback [1/px].
 pub const FEEDBACK_INVERSE_QUANTUM: f32 = 256.0;
 
-/// Spreads the deposits of a light path.
+/// Spreads the photons of a light path.
 pub struct Spread<'a, A, F> {
     /// The scene.
     pub scene: SceneTables<'a>,
@@ -137,7 +137,7 @@ pub struct Spread<'a, A, F> {
     pub point_shading: &'a [PointShading],
     /// Sums by pixel.
     pub accumulator: A,
-    /// What deposits tell the density map, by texel.
+    /// What photons tell the density map, by texel.
     pub feedback: F,
     /// Settings.
     pub params: &'a FrameParams,
@@ -223,7 +223,7 @@ impl LightPathState<'_> {
         self.record.put(self.words, TEXEL, texel);
     }
 
-    /// How many deposits were given, and what became of them.
+    /// How many photons were given, and what became of them.
     #[inline(always)]
     fn total(&self) -> Sum {
         let count = self.record.take(self.words, TOTAL);
@@ -277,7 +277,7 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
     }
 }
 
-/// Whether a primary point may take a deposit: on the same side of the same surface, and short enough a path.
+/// Whether a primary point may take a photon: on the same side of the same surface, and short enough a path.
 #[inline(always)]
 fn takes(point: &PointGeometry, photon: &PhotonGeometry, footprint: &Footprint, max_bounces: u32) -> bool {
     let along = photon.position - point.position;

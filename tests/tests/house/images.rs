@@ -1,7 +1,7 @@
 //! Hashes of images: a refactoring that must change no image compares those before and after it.
 //!
 //! ```text
-//! CAUSTICS_PICTURES=/tmp/images.txt cargo test --locked --workspace --test house -- --ignored images::
+//! CAUSTICS_IMAGES=/tmp/images.txt cargo test --locked --workspace --test house -- --ignored images::
 //! ```
 //!
 //! The first run writes the file. Later ones compare with it, print how many images differ, and fail if one does. Bits differ
@@ -194,16 +194,16 @@ impl std::fmt::Display for Comparison {
 }
 
 #[test]
-#[ignore = "compares with the file that CAUSTICS_PICTURES names"]
+#[ignore = "compares with the file that CAUSTICS_IMAGES names"]
 fn every_picture_is_what_it_was() {
-    let file = std::env::var("CAUSTICS_PICTURES").expect("CAUSTICS_PICTURES names a file");
+    let file = std::env::var("CAUSTICS_IMAGES").expect("CAUSTICS_IMAGES names a file");
     let start = Instant::now();
     let after = render_all(&sources());
     let seconds = start.elapsed().as_secs();
     // Not through `println!`, which shows nothing of a test that passes.
     let mut stdout = std::io::stdout();
     let Ok(before) = std::fs::read_to_string(&file) else {
-        std::fs::write(&file, to_text(&after)).expect("CAUSTICS_PICTURES can be written");
+        std::fs::write(&file, to_text(&after)).expect("CAUSTICS_IMAGES can be written");
         writeln!(stdout, "{file}: hashes of {} images written, {seconds} s", after.len()).expect("stdout");
         return;
     };

@@ -62,7 +62,7 @@ fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
     let geometry: Vec<PointGeometry> = session.read("point_geometry").expect("points");
     let point = geometry[pixel as usize];
     let found = session.inspect(scene, pixel % WIDTH, pixel / WIDTH, 6).expect("a pixel");
-    let photons = found.deposits.as_ref().expect("photons");
+    let photons = found.photons.as_ref().expect("photons");
     assert_eq!((photons.count, photons.gathered), (photons.gathered, image.photons[pixel as usize] as u32));
     assert_eq!(photons.skipped, 0);
     assert_eq!(photons.radiance, image.caustics[pixel as usize].to_array());
@@ -92,7 +92,7 @@ fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
     for (path, photon) in found.light_paths.iter().zip(&photons.some) {
         let met = scatterings(&path.vertices);
         let last = met.last().expect("a vertex");
-        assert_eq!((last.event, last.position, path.path), (Event::Deposit, photon.position, photon.path));
+        assert_eq!((last.event, last.position, path.path), (Event::Photon, photon.position, photon.path));
         assert_eq!(met.len() as u32, photon.scatterings + 1);
         assert!(met[..met.len() - 1].iter().any(|vertex| vertex.specular));
         assert!(path.light.is_some(), "{path:?}");
@@ -281,14 +281,14 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
             told(&path.vertices),
             [
                 (Event::Passed, vec!["glass"], "material 2".into()),
-                (Event::Deposit, vec![], "material 0".into())
+                (Event::Photon, vec![], "material 0".into())
             ]
         );
         assert_eq!((path.start, path.light.expect("a light").kind), ([10.0, 23.0, 30.5], "point"));
     }
     // What is chosen of few is all.
     let all = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, usize::MAX).expect("a pixel");
-    let photons = all.deposits.expect("photons");
+    let photons = all.photons.expect("photons");
     let sum: Vec3 = photons.some.iter().map(|photon| Vec3::from_array(photon.radiance)).sum();
     let whole = Vec3::from_array(photons.radiance);
     assert!((sum - whole).abs().max_element() <= 1e-4 * whole.max_element(), "{sum} {whole}");
@@ -303,7 +303,7 @@ fn without_its_maps_a_pilot_is_left_out_and_said_to_be() {
     for (frame, skipped) in [(0, 12_000 / 8), (1, 0)] {
         session.frame(frame).expect("a frame");
         let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 0).expect("a pixel");
-        let photons = found.deposits.expect("photons");
+        let photons = found.photons.expect("photons");
         assert_eq!((photons.skipped, photons.light_paths), (skipped, 12_000 - skipped));
     }
 }
@@ -333,7 +333,7 @@ fn methods_without_points_tell_a_path_and_those_with_other_kernels_no_deposits()
         let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 4).expect("a pixel");
         assert!(!found.camera_path.vertices.is_empty());
         assert_eq!(
-            (found.point.is_some(), found.deposits.is_some()),
+            (found.point.is_some(), found.photons.is_some()),
             (has_point, has_photons),
             "{}",
             method.name
@@ -353,7 +353,7 @@ fn a_history_lends_light_but_no_deposits() {
     let image = session.image().expect("an image");
     for pixel in pixels(&image.photons, &image.depth) {
         let found = session.inspect(&scene, pixel % WIDTH, pixel / WIDTH, 1).expect("a pixel");
-        assert_eq!(found.deposits.expect("photons").count, image.photons[pixel as usize] as u32);
+        assert_eq!(found.photons.expect("photons").count, image.photons[pixel as usize] as u32);
     }
 }
 
@@ -387,6 +387,6 @@ fn a_dark_scene_has_paths_of_the_camera_alone() {
     let mut session = open(&scene, settings(&POWER, Caustics::First), &method::BASIC);
     session.frame(0).expect("a frame");
     let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 4).expect("a pixel");
-    let photons = found.deposits.expect("photons");
+    let photons = found.photons.expect("photons");
     assert_eq!((photons.count, photons.light_paths, photons.skipped), (0, 0, 0));
 }

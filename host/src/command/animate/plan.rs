@@ -202,7 +202,7 @@ impl Plan {
             ("denoiser", denoiser.name.to_string()),
             ("emission", emission.name.to_string()),
             ("caustics", caustics.name().to_string()),
-            ("connections", light_sampler.name().to_string()),
+            ("light_sampler", light_sampler.name().to_string()),
             ("sampler", sampler.name().to_string()),
             ("batches", batches.to_string()),
             ("path_history", path_history.name().to_string()),

@@ -10,7 +10,7 @@ const NAME: usize = 24;
 
 /// All that was found, a line a vertex.
 pub fn table(inspection: &Inspection) -> String {
-    let Inspection { pixel: [x, y], frame, camera_path, point, deposits, light_paths } = inspection;
+    let Inspection { pixel: [x, y], frame, camera_path, point, photons, light_paths } = inspection;
     let CameraPath { eye, vertices, leaves, .. } = camera_path;
     let mut text = format!("pixel {x},{y} of frame {frame}\n\ncamera path from {}\n", position(eye));
     rows(&mut text, vertices, "throughput");
@@ -27,12 +27,12 @@ pub fn table(inspection: &Inspection) -> String {
             ),
         ),
     }
-    if let Some(deposits) = deposits {
-        told(&mut text, deposits);
-        for (path, photon) in light_paths.iter().zip(&deposits.some) {
+    if let Some(photons) = photons {
+        told(&mut text, photons);
+        for (path, photon) in light_paths.iter().zip(&photons.some) {
             let LightPath { path, light, start, flux, vertices, .. } = path;
             let light =
-                light.map_or("a light".into(), |light| format!("light {} ({})", light.row, light.kind));
+                light.map_or("a light".into(), |light| format!("light {} ({})", light.id, light.kind));
             line(
                 &mut text,
                 format_args!("\nlight path {path} from {light} at {}, {} W", position(start), triple(flux)),
@@ -45,13 +45,13 @@ pub fn table(inspection: &Inspection) -> String {
     text
 }
 
-/// What is to be said of all deposits.
-fn told(text: &mut String, deposits: &Photons) {
-    let Photons { gathered, count, light_paths, skipped, flux, radiance, .. } = deposits;
+/// What is to be said of all photons.
+fn told(text: &mut String, photons: &Photons) {
+    let Photons { gathered, count, light_paths, skipped, flux, radiance, .. } = photons;
     line(
         text,
         format_args!(
-            "deposits: {count} of {light_paths} light paths, {} W, give the pixel {} W/(m^2 sr)",
+            "photons: {count} of {light_paths} light paths, {} W, give the pixel {} W/(m^2 sr)",
             triple(flux),
             triple(radiance)
         ),

@@ -96,7 +96,7 @@ mod tests {
                 "a/b 2.glb: not a whole binary glTF 2.0 file (12 of 40 bytes are there); export or download it again",
                 "not a whole binary glTF 2.0 file (N of N bytes are there)",
             ),
-            ("its picture is black", "its picture is black"),
+            ("its image is black", "its image is black"),
         ] {
             assert_eq!(kind(&cause(message, path)), expected);
         }

@@ -30,7 +30,7 @@ pub struct Told {
     rotation: [f64; 4],
     scale: [f64; 3],
     /// Where it is, in the file's coordinates (m).
-    place: [f64; 3],
+    position: [f64; 3],
     /// Columns of the linear map from the world to the space of its parent.
     to_parent: [[f64; 3]; 3],
 }
@@ -99,7 +99,7 @@ impl Edited {
             translation: edit.translation.unwrap_or(of_file.translation.to_array()),
             rotation: edit.rotation.unwrap_or(of_file.rotation.to_array()),
             scale: edit.scale.unwrap_or(of_file.scale.to_array()),
-            place: to_world.translation.to_array(),
+            position: to_world.translation.to_array(),
             to_parent: parent.matrix3.inverse().to_cols_array_2d(),
         })
     }

@@ -19,7 +19,7 @@ pub enum Layer {
     /// Radiance of the caustics.
     Caustics,
     /// Photons that each collection point took.
-    Deposits,
+    Photons,
     /// Radius of the collection points.
     Radius,
     /// Which vertex of the camera path the collection point is.
@@ -34,7 +34,7 @@ impl Layer {
         (Layer::Beauty, "beauty", "all light"),
         (Layer::Path, "path", "light that is no caustic"),
         (Layer::Caustics, "caustics", "caustics"),
-        (Layer::Deposits, "deposits", "deposits that the collection point took"),
+        (Layer::Photons, "photons", "photons that the collection point took"),
         (Layer::Radius, "radius", "radius of the collection point (m)"),
         (Layer::Depth, "depth", "vertex of the camera path that is the collection point"),
         (Layer::Variance, "variance", "estimated error of the mean, relative to it"),
@@ -108,7 +108,7 @@ impl Look {
             Layer::Beauty => light(&mut raster, &image.beauty()),
             Layer::Path => light(&mut raster, &image.path),
             Layer::Caustics => light(&mut raster, &or_black(&image.caustics, image)),
-            Layer::Deposits => raster.set(&image.photons),
+            Layer::Photons => raster.set(&image.photons),
             Layer::Radius => raster.set(&image.radius),
             Layer::Depth => raster.set(&image.depth),
             Layer::Variance => raster.set(&relative_errors(shown)),
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn numbers_are_false_colours_up_to_what_few_exceed() {
-        let look = Look { layer: Layer::Deposits, exposure: Exposure::Auto };
+        let look = Look { layer: Layer::Photons, exposure: Exposure::Auto };
         let raster = look.to_raster(&shown(vec![Vec3::ZERO; 1000]));
         assert_eq!(raster.brightest, Some(998.0));
         let [first, last] = [colorous::VIRIDIS.eval_continuous(0.0), colorous::VIRIDIS.eval_continuous(1.0)];

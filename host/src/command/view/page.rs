@@ -91,7 +91,7 @@ fn document(scene: &Scene, wish: &Wish, run: &str) -> Markup {
 fn stage() -> Markup {
     html! {
         div .theatre {
-            div #stage tabindex="0" role="application" aria-label="Picture: drag to orbit, shift and drag to pan, wheel to come closer" {
+            div #stage tabindex="0" role="application" aria-label="Image: drag to orbit, shift and drag to pan, wheel to come closer" {
                 canvas .image {}
                 canvas .image .over hidden {}
                 canvas #overlay hidden {}
@@ -156,8 +156,8 @@ fn panel(scene: &Scene, wish: &Wish) -> Markup {
             section aria-label="Take it away" {
                 h2 { "Take it away" }
                 p .buttons {
-                    button type="button" data-save="picture.png" { "PNG" }
-                    button type="button" data-save="picture.exr" { "EXR" }
+                    button type="button" data-save="image.png" { "PNG" }
+                    button type="button" data-save="image.exr" { "EXR" }
                     button #save-edits type="button" data-save="edits.toml" hidden { "Edits" }
                     button #save-recording type="button" data-save="animation.toml" hidden { "Animation" }
                     button #record type="button" aria-pressed="false" data-wheel { "Record" }

@@ -130,7 +130,7 @@ pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> Op
     for (name, value) in options {
         words.push(shell::option(&name, value)?);
     }
-    words.extend(["-o", "picture.exr", "--png", "picture.png"].map(String::from));
+    words.extend(["-o", "image.exr", "--png", "image.png"].map(String::from));
     Some(words.join(" "))
 }
 

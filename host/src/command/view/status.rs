@@ -56,7 +56,7 @@ pub fn text(said: &Said<'_>) -> String {
         value["camera"] = camera_status(scene, wish, camera);
     }
     if let Some(lane) = lane {
-        value["picture"] = lane_status(lane);
+        value["image"] = lane_status(lane);
         if let Some(camera) = said.camera.filter(|_| !moves) {
             let (cell, frames) = (&lane.configuration.cell, lane.sums.frames());
             let shot = save::Shot {
@@ -86,7 +86,7 @@ fn values(wish: &Wish, side: usize) -> Value {
                 Paths::PerPixel(paths) if *axis == PATHS_PER_PIXEL => paths.to_string(),
                 _ => axis.get(cell),
             };
-            (axis.key.to_string(), json!({ "value": value, "useless": (axis.not_applicable)(cell) }))
+            (axis.key.to_string(), json!({ "value": value, "not_applicable": (axis.not_applicable)(cell) }))
         })
         .collect::<serde_json::Map<_, _>>()
         .into()

@@ -68,12 +68,12 @@ pub struct Config {
     pub variant: Option<String>,
     /// The scenes' animation that plays, by its name; none: all of them together.
     pub animation: Option<String>,
-    /// Triangles that copies of meshes may take; beyond, a mesh that stands in several places is stored once.
+    /// Triangles that copies of meshes may take; beyond, a mesh that has several instances is stored once.
     #[serde(default = "copies")]
     pub copies: u64,
-    /// How much time the scenes' BVHs are worth.
+    /// BVH build quality of the scenes.
     #[serde(default)]
-    pub tree_quality: BvhQuality,
+    pub bvh_quality: BvhQuality,
     /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
     pub moment_s: Option<f64>,
     /// How times are measured, if they are.
@@ -187,7 +187,7 @@ impl Config {
             animation: self.animation.clone(),
             floor: self.floor,
             copies: self.copies,
-            bvh: BvhOptions { quality: self.tree_quality, cache: BvhCache::for_user() },
+            bvh: BvhOptions { quality: self.bvh_quality, cache: BvhCache::for_user() },
             ..LoadOptions::default()
         }
     }

@@ -217,7 +217,7 @@ impl Part {
             strict: _,
             animation: _,
             copies: _,
-            tree_quality: _,
+            bvh_quality: _,
             variant: _,
             matrix: _,
         } = config;

@@ -133,11 +133,11 @@ mod tests {
         let absolute = root.path().join("precious");
         std::fs::write(&precious, "precious").unwrap();
         let results = [
-            (image("../x.png"), "picture"),
-            (image("/x.png"), "picture"),
-            (image("x\\y.png"), "picture"),
-            (image(".x.png"), "picture"),
-            (image(&format!("{}.json", digit_identity("2"))), "picture"),
+            (image("../x.png"), "image"),
+            (image("/x.png"), "image"),
+            (image("x\\y.png"), "image"),
+            (image(".x.png"), "image"),
+            (image(&format!("{}.json", digit_identity("2"))), "image"),
             (named("../../precious"), "identity"),
             (named(absolute.to_str().unwrap()), "identity"),
             (named(&digit_identity("2")), "identity"),

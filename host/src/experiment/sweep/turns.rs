@@ -135,7 +135,7 @@ fn take_turns<'a>(
         let faults: f64 = own.iter().filter_map(|record| record.get("faults")).sum();
         if faults > 0.0 {
             (sweep.tell)(&format!(
-                "warning: {}: {faults} deposits, addends or media were dropped or clamped",
+                "warning: {}: {faults} photons, addends or media were dropped or clamped",
                 cell.name
             ));
         }

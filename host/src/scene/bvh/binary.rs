@@ -9,7 +9,7 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How much time a BVH is worth.
+/// BVH build quality. Changes rounding, not the expected image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BvhQuality {

@@ -18,9 +18,9 @@ use crate::hash::Digest;
 use crate::sealed;
 
 /// What a file of a BVH is called in its first line.
-const KIND: &str = "tree";
+const KIND: &str = "bvh";
 /// How names of such files begin.
-const PREFIX: &str = "tree-";
+const PREFIX: &str = "bvh-";
 /// Triangles from which on a BVH is kept: it takes some 0.05 s to build.
 const WORTH: usize = 1 << 16;
 /// What all files may take unless somebody says otherwise (MiB).
@@ -78,16 +78,17 @@ impl Key {
 }
 
 impl BvhCache {
-    /// That of this user: `trees` in `$CAUSTICS_CACHE`, `$XDG_CACHE_HOME/caustics` or `~/.cache/caustics`, of at most
-    /// `$CAUSTICS_TREES_MIB`; none where that is 0, or where there is no such folder to be had.
+    /// That of this user: `bvh` in `$CAUSTICS_CACHE`, `$XDG_CACHE_HOME/caustics` or `~/.cache/caustics`, of at most
+    /// `$CAUSTICS_BVH_CACHE_MIB`; none where that is 0, or where there is no such folder to be had.
     pub fn for_user() -> Option<BvhCache> {
         let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
         let path = |name| set(name).map(PathBuf::from);
-        let mib = set("CAUSTICS_TREES_MIB").and_then(|mib| mib.to_str()?.parse().ok()).unwrap_or(DEFAULT_MIB);
+        let mib =
+            set("CAUSTICS_BVH_CACHE_MIB").and_then(|mib| mib.to_str()?.parse().ok()).unwrap_or(DEFAULT_MIB);
         let cache = path("CAUSTICS_CACHE")
             .or_else(|| Some(path("XDG_CACHE_HOME")?.join("caustics")))
             .or_else(|| Some(path("HOME")?.join(".cache/caustics")))?;
-        (mib > 0).then(|| BvhCache { folder: cache.join("trees"), max_bytes: mib.saturating_mul(1 << 20) })
+        (mib > 0).then(|| BvhCache { folder: cache.join("bvh"), max_bytes: mib.saturating_mul(1 << 20) })
     }
 
     /// The BVH of these triangles, built by `build` unless it is there.

@@ -95,7 +95,7 @@ fn radiance_hdr(bytes: &[u8]) -> Result<(u32, u32, Vec<Vec3>), String> {
 }
 
 fn open_exr(bytes: &[u8]) -> Result<(u32, u32, Vec<Vec3>), String> {
-    let other = |what: String| format!("is no latitude-longitude picture: {what}; give Radiance HDR or EXR");
+    let other = |what: String| format!("is no latitude-longitude image: {what}; give Radiance HDR or EXR");
     let channels = Channels::decode(bytes).map_err(other)?;
     if channels.encoding != crate::image_file::Encoding::Linear {
         return Err("holds display colours and no radiance; give Radiance HDR or EXR".into());

@@ -15,7 +15,7 @@ pub fn read(document: &mut Document) -> Result<Option<EnvironmentMap>, SceneErro
     let map = match (extras["uri"].as_str(), radiance(&extras["color"])) {
         (Some(uri), _) => buffer::fetch(uri, &document.folder, u64::MAX)
             .and_then(|bytes| EnvironmentMap::decode(&bytes))
-            .map_err(|what| wrong(format!("its picture {what}")))?,
+            .map_err(|what| wrong(format!("its image {what}")))?,
         (None, Some(color)) => EnvironmentMap::constant(color),
         (None, None) => {
             return Err(wrong(format!(

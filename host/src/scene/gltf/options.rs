@@ -15,7 +15,7 @@ pub struct LoadOptions {
     pub animation: Option<String>,
     /// The scene stands on a floor: a wide Lambertian square right under its bounds.
     pub floor: bool,
-    /// Triangles that copies of meshes may take which stand still in several places: paths are faster without instances. Beyond, the
+    /// Triangles that copies of meshes that stand still may take: paths are faster without instances. Beyond, the
     /// meshes that would take most are stored once.
     pub copies: u64,
     /// Nodes, by their index in the file, that [`Scene::edit`](crate::Scene::edit) may place: they and what is below them are

@@ -106,7 +106,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
             rays_per_s: 9.1e6,
             points_per_s: of_light(6.2e6),
             light_paths_per_s: of_light(1.9e6),
-            memory_bytes: BTreeMap::from([("points".into(), 33_177_600), ("deposits".into(), 16_000_000)]),
+            memory_bytes: BTreeMap::from([("points".into(), 33_177_600), ("photons".into(), 16_000_000)]),
             costs: BTreeMap::new(),
         }),
         error: Some(CellError {

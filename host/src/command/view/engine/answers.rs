@@ -44,7 +44,7 @@ impl Engine<'_> {
     fn converged(&mut self) -> anyhow::Result<&mut Lane> {
         let standing = self.stands.is_some();
         let lane = self.still[0].as_mut().filter(|lane| standing && lane.sums.frames() > 0);
-        lane.context("there is no picture yet: wait until all stands still, and is not paused")
+        lane.context("there is no image yet: wait until all stands still, and is not paused")
     }
 
     fn inspect(&mut self, image_position: [f64; 2]) -> anyhow::Result<Vec<u8>> {

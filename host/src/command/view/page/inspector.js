@@ -73,18 +73,18 @@ class Inspector {
 
   // What there is to say of it, in lines of name and value.
   lines() {
-    const { camera_path: path, point, deposits } = this.found;
+    const { camera_path: path, point, photons } = this.found;
     const vertices = path.vertices.map((vertex, i) => [
       `${i + 1}. ${vertex.material || 'no material'}`,
       [vertex.event, ...vertex.lobes].join(', '),
     ]);
     const of_point = point ? [['radius of the disc', `${number(point.radius)} m`]] : [['collection point', 'none']];
-    const of_deposits = deposits
+    const of_photons = photons
       ? [
-          ['deposits', deposits.skipped ? `${deposits.count}, ${deposits.skipped} paths not replayed` : String(deposits.count)],
-          ['their radiance', deposits.radiance.map((value) => number(value)).join(' ')],
+          ['photons', photons.skipped ? `${photons.count}, ${photons.skipped} paths not replayed` : String(photons.count)],
+          ['their radiance', photons.radiance.map((value) => number(value)).join(' ')],
         ]
       : [];
-    return [...vertices, ...of_point, ...of_deposits];
+    return [...vertices, ...of_point, ...of_photons];
   }
 }

@@ -15,14 +15,14 @@ function turned([x, y, z, w], axis, angle) {
 
 class Thing {
   // What the server says of a node.
-  constructor({ index, name, translation, rotation, scale, place, to_parent }) {
-    Object.assign(this, { index, name, translation, rotation, scale, place, toParent: to_parent });
+  constructor({ index, name, translation, rotation, scale, position, to_parent }) {
+    Object.assign(this, { index, name, translation, rotation, scale, position, toParent: to_parent });
   }
 
   // Moves it by a way in the world (m).
   move(by) {
     this.translation = add(this.translation, apply(this.toParent, by));
-    this.place = add(this.place, by);
+    this.position = add(this.position, by);
   }
 
   // Turns it round the vertical (rad).
@@ -33,7 +33,7 @@ class Thing {
   // Moves it as it is dragged by shares of the image's height, at its own distance from the eye.
   drag(camera, x, y) {
     const { forward, right, up } = camera.axes();
-    const depth = Math.max(1e-6, dot(add(this.place, camera.from, -1), forward));
+    const depth = Math.max(1e-6, dot(add(this.position, camera.from, -1), forward));
     const height = 2 * depth * Math.tan((camera.fov * Math.PI) / 360);
     this.move(add(right.map((value) => value * x * height), up, -y * height));
   }

@@ -47,7 +47,7 @@ function moved() {
     isPending = false;
     // As many digits as a single has, so that a command can be read.
     const round = (value) => Number(value.toPrecision(8));
-    const [from, look_at] = [camera.from, camera.lookAt].map((place) => place.map(round));
+    const [from, look_at] = [camera.from, camera.lookAt].map((position) => position.map(round));
     want('look', { do: 'look', from, look_at, fov: round(camera.fov), at: performance.now() });
     find('fov').value = camera.fov.toFixed(1);
     find('camera').value = '';
@@ -63,9 +63,9 @@ let isPlacing = false;
 
 function mark() {
   const node = find('mark');
-  const place = thing && camera ? camera.project(thing.place, screen.aspect) : null;
-  node.hidden = !place;
-  if (place) Object.assign(node.style, { left: `${100 * place[0]}%`, top: `${100 * place[1]}%` });
+  const position = thing && camera ? camera.project(thing.position, screen.aspect) : null;
+  node.hidden = !position;
+  if (position) Object.assign(node.style, { left: `${100 * position[0]}%`, top: `${100 * position[1]}%` });
 }
 
 function tellThing() {
@@ -84,7 +84,7 @@ function placed() {
   isPlacing = true;
   requestAnimationFrame(() => {
     isPlacing = false;
-    if (thing) want(`place ${thing.index}`, thing.message);
+    if (thing) want(`position ${thing.index}`, thing.message);
   });
 }
 
@@ -125,9 +125,9 @@ function picked(what) {
     notice('nothing is there');
     return;
   }
-  const place = what.position.map((value) => Number(value.toPrecision(5))).join(', ');
+  const position = what.position.map((value) => Number(value.toPrecision(5))).join(', ');
   if (find('node') && what.node !== null && pickFor === 'tell') choose(what.node);
-  find('picked').textContent = `${what.material} at ${place}, ${what.distance.toPrecision(4)} m away`;
+  find('picked').textContent = `${what.material} at ${position}, ${what.distance.toPrecision(4)} m away`;
   if (pickFor === 'focus' && camera) {
     camera.lookAt = what.position;
     moved();
@@ -168,12 +168,12 @@ function told(now) {
     setValue(find('fov'), camera.fov.toFixed(1));
   }
   now.axes.forEach((axes, side) => {
-    for (const [key, { value, useless }] of Object.entries(axes)) {
+    for (const [key, { value, not_applicable }] of Object.entries(axes)) {
       const node = find(`axis-${side}-${key}`);
       if (!node) continue;
       setValue(node, value);
-      node.disabled = !steers || Boolean(useless);
-      node.title = useless ? `this method ${useless}` : '';
+      node.disabled = !steers || Boolean(not_applicable);
+      node.title = not_applicable ? `this method ${not_applicable}` : '';
     }
   });
   setValue(find('against'), now.against);
@@ -189,10 +189,10 @@ function told(now) {
     find('seconds').textContent = `${now.time.toFixed(2)} of ${now.duration.toFixed(2)} s`;
     find('play').setAttribute('aria-pressed', now.playing);
   }
-  const { picture, other } = now;
-  if (picture) {
-    const fps = picture.frame_ms ? 1000 / picture.frame_ms : 0;
-    find('device').textContent = `${picture.device} (${picture.why})`;
+  const { image, other } = now;
+  if (image) {
+    const fps = image.frame_ms ? 1000 / image.frame_ms : 0;
+    find('device').textContent = `${image.device} (${image.why})`;
     const about = (of) => [
       ['size', `${of.size[0]} x ${of.size[1]} px`],
       ['frame', `${number(of.frame_ms)} ms`],
@@ -201,16 +201,16 @@ function told(now) {
       ['light paths', number(of.light_paths, 6)],
       ...Object.entries(of.rates).map(([name, value]) => [name.replace('_per_s', '').replaceAll('_', ' '), `${number(value / 1e6)} M a second`]),
     ];
-    rows(find('numbers'), about(picture));
-    rows(find('passes'), Object.entries(picture.pass_ms).map(([name, ms]) => [name, `${number(ms)} ms`]));
+    rows(find('numbers'), about(image));
+    rows(find('passes'), Object.entries(image.pass_ms).map(([name, ms]) => [name, `${number(ms)} ms`]));
     find('state').textContent = now.paused
       ? 'paused'
       : now.moves
-        ? `moving, ${number(fps)} frames/s at ${picture.size[0]} x ${picture.size[1]}, answered in ${number(document.body.dataset.latency)} ms`
-        : `${picture.samples} samples, ${number(picture.seconds, 3)} s, error ${number(picture.error)}`;
+        ? `moving, ${number(fps)} frames/s at ${image.size[0]} x ${image.size[1]}, answered in ${number(document.body.dataset.latency)} ms`
+        : `${image.samples} samples, ${number(image.seconds, 3)} s, error ${number(image.error)}`;
     find('numbers-other').hidden = !other;
     if (other) rows(find('numbers-other').lastElementChild, about(other));
-    const warnings = [...now.warnings, ...picture.warnings];
+    const warnings = [...now.warnings, ...image.warnings];
     find('warnings').replaceChildren(...warnings.map((text) => Object.assign(document.createElement('li'), { textContent: text })));
     find('warned').hidden = !warnings.length;
   }
@@ -351,7 +351,7 @@ if (find('node')) {
   });
   find('put-back').addEventListener('click', () => {
     if (!thing) return;
-    delete wanted[`place ${thing.index}`];
+    delete wanted[`position ${thing.index}`];
     send({ do: 'put_back', node: thing.index });
     choose(thing.index);
   });

@@ -11,7 +11,7 @@ use super::*;
 
 fn cache(max_bytes: u64) -> (tempfile::TempDir, BvhCache) {
     let folder = tempfile::tempdir().unwrap();
-    let cache = BvhCache { folder: folder.path().join("trees"), max_bytes };
+    let cache = BvhCache { folder: folder.path().join("bvh"), max_bytes };
     (folder, cache)
 }
 

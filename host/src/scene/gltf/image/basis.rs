@@ -43,7 +43,7 @@ pub fn read(bytes: &[u8]) -> Result<Image, String> {
         return Err("cannot be decoded: it is no ETC1S or UASTC of Basis Universal".into());
     }
     if !is_sound(bytes, width, height) {
-        return Err("cannot be decoded: it is no single picture of the size that its header says".into());
+        return Err("cannot be decoded: it is no single image of the size that its header says".into());
     }
     // The transcoder is made to return errors; should one of its checks be missing, damaged bytes must not end the program.
     let texels = caught(|| {
@@ -81,7 +81,7 @@ mod tests {
             let mut file = file.clone();
             let words = if at == 96 { 8 } else { 4 };
             file[at..at + words].copy_from_slice(&value.to_le_bytes()[..words]);
-            assert!(read(&file).unwrap_err().contains("no single picture"), "{at} {value}");
+            assert!(read(&file).unwrap_err().contains("no single image"), "{at} {value}");
         }
     }
 

@@ -6,11 +6,11 @@
 #[allow(dead_code)]
 #[path = "../../host/src/command/view/look.rs"]
 mod look;
+#[allow(dead_code)]
+#[path = "../../host/src/command/view/request.rs"]
+mod request;
 #[path = "../../host/src/command/view/taken.rs"]
 mod taken;
-#[allow(dead_code)]
-#[path = "../../host/src/command/view/wish.rs"]
-mod wish;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     taken::take(bytes);

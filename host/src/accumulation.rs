@@ -182,7 +182,7 @@ impl Accumulation {
     }
 
     /// Estimated relative mean square error of the mean, as `metric::relmse` defines it, with the mean in place of the
-    /// truth and its variance in place of its squared error. Infinite for fewer than two frames.
+    /// reference and its variance in place of its squared error. Infinite for fewer than two frames.
     pub fn relative_error(&self) -> f64 {
         if self.shape.frames < 2 {
             return f64::INFINITY;

@@ -75,11 +75,11 @@ impl Cli {
                 let tip = format!("{old} is called {new} now");
                 error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
             }
-            let told = error.print().and_then(|()| std::io::stdout().flush());
-            match told {
+            let printed = error.print().and_then(|()| std::io::stdout().flush());
+            match printed {
                 // Help that nobody gets.
                 Err(wrong) if !error.use_stderr() && wrong.kind() != std::io::ErrorKind::BrokenPipe => {
-                    tell!("error: cannot write to stdout: {wrong}");
+                    message!("error: cannot write to stdout: {wrong}");
                     std::process::exit(1)
                 }
                 _ => std::process::exit(error.exit_code()),

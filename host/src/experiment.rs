@@ -2,7 +2,7 @@
 //!
 //! `cell` is a run configuration, `axis` what can vary of it, `cell_axes` what the axes say of a cell, `limits` how large a frame may
 //! be, `matrix` all combinations; `plan` says what is measured, `measure` renders the frames of all cells in turn, `reference`
-//! keeps the truth of each frame, `error` has the measures that hold images against it; `record` is a frame of a cell, `timing`,
+//! keeps the reference of each frame, `error` has the measures that hold images against it; `record` is a frame of a cell, `timing`,
 //! `cost` and `result` what is left of all of them, `store` and `table` keep and show it. `sweep` does all of it, from a file or
 //! from the options of `bench`.
 

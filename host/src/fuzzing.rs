@@ -39,8 +39,8 @@ pub fn scene(bytes: &[u8]) -> bool {
 pub fn image(bytes: &[u8]) -> bool {
     Channels::decode(bytes).is_ok_and(|image| {
         // Every name that is told is known; the beauty layer's own is empty.
-        let told = |name: &String| name == "beauty" || image.layer(name).is_some();
-        assert!(image.layer_names().iter().all(told));
+        let is_known = |name: &String| name == "beauty" || image.layer(name).is_some();
+        assert!(image.layer_names().iter().all(is_known));
         true
     })
 }

@@ -11,8 +11,8 @@ use caustics::scene::SceneError;
 use caustics::vulkan::VulkanError;
 
 /// Writes a message for people to stderr: cut to a few lines, harmless to a terminal, and whether anybody reads it or not.
-macro_rules! tell {
-    ($($message:tt)*) => { $crate::command::say::tell(format_args!($($message)*)) };
+macro_rules! message {
+    ($($message:tt)*) => { $crate::command::console::print_message(format_args!($($message)*)) };
 }
 
 mod cli;
@@ -25,7 +25,7 @@ fn main() -> ExitCode {
     end_by_code();
     let command = cli::Cli::read().command;
     if let Err(few) = caustics::threads::prepare() {
-        tell!("warning: {few}; this takes longer");
+        message!("warning: {few}; this takes longer");
     }
     let result = match command {
         cli::Command::Render(options) => command::render::run(*options),
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     match result {
         Ok(code) => code,
         Err(error) => {
-            tell!("error: {}", command::say::told(&error));
+            message!("error: {}", command::console::error_chain(&error));
             ExitCode::from(exit_code(&error))
         }
     }

@@ -50,7 +50,7 @@ impl Memory {
     /// Asks for huge pages, where there are, for what is written from now on: good for what will be read at random, and a waste where
     /// little of it is ever used.
     pub fn in_huge_pages(&self) {
-        // A wish: a system that cannot fulfil it gives small pages.
+        // A hint: a system that cannot follow it gives small pages.
         #[cfg(target_os = "linux")]
         if let Storage::Pages(pages) = &self.storage {
             let _ = pages.advise(memmap2::Advice::HugePage);

@@ -77,13 +77,13 @@ pub fn readme() -> String {
 # Corpus
 
 Small files that must load and render: [`caustics-scenes`](../../scenes/src/corpus.rs) makes those of the first table, and
-`tests/tests/house/corpus.rs` renders each and compares it with `tests/golden/corpus`. To add one, write a function and a
+`tests/tests/architecture/corpus.rs` renders each and compares it with `tests/golden/corpus`. To add one, write a function and a
 line there, or put a file of at most 200 KB under CC0 here with a line in the second table; `npx gltf-transform` is `npx @gltf-transform/cli`
 4.5. Then
 
 ```sh
 CAUSTICS_BLESS=1 cargo test --workspace -p caustics-scenes corpus
-CAUSTICS_BLESS=1 cargo test --workspace --test house corpus
+CAUSTICS_BLESS=1 cargo test --workspace --test architecture corpus
 ```
 
 All are CC0, as far as anybody can own a box.

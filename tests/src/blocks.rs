@@ -71,15 +71,15 @@ impl Blocks {
         Mean::from_samples(&self.frames.iter().map(mean).collect::<Vec<_>>())
     }
 
-    /// Block by block: this minus `truth` over the standard error of the difference.
-    pub fn scores(&self, truth: &Blocks) -> Scores {
+    /// Block by block: this minus `reference` over the standard error of the difference.
+    pub fn scores(&self, reference: &Blocks) -> Scores {
         let z = |a: Mean, b: Mean| {
             let error = a.error.hypot(b.error);
             if a.value == b.value { 0.0 } else { (a.value - b.value) / error }
         };
         let blocks: Vec<f64> =
-            (0..self.frames[0].len()).map(|block| z(self.block(block), truth.block(block))).collect();
-        let (a, b) = (self.whole(), truth.whole());
+            (0..self.frames[0].len()).map(|block| z(self.block(block), reference.block(block))).collect();
+        let (a, b) = (self.whole(), reference.whole());
         Scores {
             whole: z(a, b),
             ratio: a.value / b.value,
@@ -96,7 +96,7 @@ impl Blocks {
 pub struct Scores {
     /// z of the whole image.
     pub whole: f64,
-    /// Mean of this image over that of the truth.
+    /// Mean of this image over that of the reference.
     pub ratio: f64,
     /// Standard error of the ratio.
     pub ratio_error: f64,
@@ -152,15 +152,15 @@ mod tests {
 
     #[test]
     fn equal_means_pass_and_two_percent_do_not() {
-        let truth = noise(1, 1.0, 0, 1.0);
-        assert_eq!(noise(2, 1.0, 0, 1.0).scores(&truth).fault(), None);
-        assert!(noise(2, 1.02, 0, 1.0).scores(&truth).fault().is_some());
+        let reference = noise(1, 1.0, 0, 1.0);
+        assert_eq!(noise(2, 1.0, 0, 1.0).scores(&reference).fault(), None);
+        assert!(noise(2, 1.02, 0, 1.0).scores(&reference).fault().is_some());
     }
 
     #[test]
     fn one_block_that_is_five_percent_dark_is_found() {
-        let truth = noise(1, 1.0, 0, 1.0);
-        let scores = noise(2, 1.0, 17, 0.95).scores(&truth);
+        let reference = noise(1, 1.0, 0, 1.0);
+        let scores = noise(2, 1.0, 17, 0.95).scores(&reference);
         assert!(scores.fault().is_some() && scores.whole.abs() < 3.0, "{scores:?}");
     }
 

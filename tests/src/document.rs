@@ -66,20 +66,22 @@ impl Document {
     }
 
     /// Adds an accessor of floats; its index.
-    fn floats(&mut self, kind: &str, lanes: usize, values: &[f64]) -> usize {
+    fn floats(&mut self, kind: &str, components: usize, values: &[f64]) -> usize {
         let start = self.binary.len();
         self.binary.extend(values.iter().flat_map(|value| (*value as f32).to_le_bytes()));
         let length = self.binary.len() - start;
         let view = json!({ "buffer": 0, "byteOffset": start, "byteLength": length });
         let view = self.push("bufferViews", view);
-        let lane = |lane: usize| values.iter().skip(lane).step_by(lanes).map(|value| *value as f32);
-        let bounds =
-            |pick: fn(f32, f32) -> f32| (0..lanes).map(|of| lane(of).reduce(pick)).collect::<Vec<_>>();
+        let component =
+            |component: usize| values.iter().skip(component).step_by(components).map(|value| *value as f32);
+        let bounds = |pick: fn(f32, f32) -> f32| {
+            (0..components).map(|of| component(of).reduce(pick)).collect::<Vec<_>>()
+        };
         let (min, max) = (bounds(f32::min), bounds(f32::max));
         self.push(
             "accessors",
             json!({
-                "bufferView": view, "componentType": 5126, "count": values.len() / lanes, "type": kind,
+                "bufferView": view, "componentType": 5126, "count": values.len() / components, "type": kind,
                 "min": min, "max": max,
             }),
         )

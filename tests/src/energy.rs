@@ -13,9 +13,9 @@ use crate::direct::{Tally, World};
 use crate::statistics::Mean;
 
 /// Discards photons.
-struct Nobody;
+struct NoReceiver;
 
-impl Receive for Nobody {
+impl Receive for NoReceiver {
     type PathState = ();
 
     fn receive(&mut self, (): &mut (), _: PhotonGeometry, _: PhotonLight) {}
@@ -28,7 +28,7 @@ pub fn ledger<E: Emit>(world: &World<'_>, emit: &E, frame: u32) -> Energy {
     let features = world.features | Features::LEDGER;
     let (mut tracer, mut tally) = (world.tracer(), Tally::default());
     for index in 0..params.light_path_count {
-        shoot(index, &params, features, world.tables(), emit, &mut tracer, &mut Nobody, &mut tally);
+        shoot(index, &params, features, world.tables(), emit, &mut tracer, &mut NoReceiver, &mut tally);
     }
     Energy::from_words(&tally.0, params.quantum)
 }

@@ -56,7 +56,7 @@ pub fn pair(left: &[Photon], right: &[Photon], reach: f32) -> Matching {
 }
 
 fn is_alike(a: &Photon, b: &Photon, reach: f32) -> bool {
-    // Lane by lane: the largest element of a vector ignores NaN.
+    // Component by component: the largest element of a vector ignores NaN.
     let flux = a.1.flux.max(b.1.flux).max_element();
     a.0.scatterings == b.0.scatterings
         && a.0.position.distance(b.0.position) <= reach

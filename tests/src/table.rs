@@ -1,4 +1,4 @@
-//! A table of differences, printed at the end of a twin test.
+//! A table of differences, printed at the end of a parity test.
 
 use std::fmt;
 
@@ -25,14 +25,14 @@ impl Table {
     /// The rows that exceed what is allowed, in words.
     pub fn failures(&self) -> Vec<String> {
         let failed = self.rows.iter().filter(|(_, difference)| !difference.passes());
-        let say = |(pass, d): &(String, Difference)| {
+        let describe = |(pass, d): &(String, Difference)| {
             let allowed = d.tolerance.allowed(d.count);
             format!(
                 "{pass} {}: {} of {} exceed (allowed {allowed}), first at {:?}, by {:e}; the tolerance stands for: {}",
                 d.name, d.exceeding, d.count, d.first, d.max_abs, d.tolerance.reason
             )
         };
-        failed.map(say).collect()
+        failed.map(describe).collect()
     }
 
     /// Prints the table and panics if a row exceeds what is allowed.

@@ -132,8 +132,8 @@ impl<C: Axes> AxisOptions<C> {
         self.given.iter().any(|(_, of, _)| *of == axis)
     }
 
-    /// Whether anything was said of how to render, but for where and how far.
-    pub fn says_how(&self) -> bool {
+    /// Whether an option sets how to render; runner, features and bounces do not count.
+    pub fn has_render_options(&self) -> bool {
         self.given.iter().any(|(_, axis, _)| ![&RUNNER, &FEATURES, &MAX_BOUNCES].contains(axis))
     }
 

@@ -13,13 +13,13 @@ use serde_json::json;
 use self::plan::Plan;
 use self::record::{Record, sums};
 use self::run::Run;
+use super::checkpoint_writer::CheckpointWriter;
+use super::console::print;
 use super::identity::pose_independent;
 use super::interrupt;
-use super::keeper::Keeper;
 use super::open::open;
 use super::options::scene_files;
 use super::pick::pick;
-use super::say::say;
 use super::scene::feature_names;
 use super::shard::warn_of_reuse;
 use super::warn::warn;
@@ -48,16 +48,16 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     }
     let has_video = wants_video && video::has_ffmpeg();
     if wants_video && !has_video {
-        tell!("warning: there is no ffmpeg on the PATH: PNGs are written, but no video");
+        message!("warning: there is no ffmpeg on the PATH: PNGs are written, but no video");
     }
     warn(&scene, plan.method(), &plan.settings);
     if plan.shard.is_part() {
         warn_of_reuse(&plan.cell, plan.frames.start);
         let waits = options.video || options.pngs && !plan.pngs;
         if waits && plan.is_part_of_one() {
-            tell!("PNGs and video that are missing, the same command without --shard writes");
+            message!("PNGs and video that are missing, the same command without --shard writes");
         } else if waits {
-            tell!("warning: a shard writes no video; make one of the PNGs");
+            message!("warning: a shard writes no video; make one of the PNGs");
         }
     }
     let view = scene.camera(Some(&name))?;
@@ -70,7 +70,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let session = Session::new(&choice, &scene, view, &plan.settings, plan.method(), variant, features)?;
     let gather = if plan.method().chooses_gather { variant.name } else { "none" };
     let (method, history) = (plan.method().name, plan.settings.history.name);
-    tell!(
+    message!(
         "{}: {} ({reason}), method {method}, gather {gather}, history {history}",
         scene.name,
         session.device()
@@ -81,8 +81,15 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let _lock = Lock::take(&plan.state())?;
     let shared = pose_independent(&scene, &name, &plan.settings, plan.method(), gather, &choice, &session);
     let identity = plan.identity(shared);
-    let mut run =
-        Run { plan, scene, camera: name, session, identity, posed: None, keeper: Keeper::new("a state") };
+    let mut run = Run {
+        plan,
+        scene,
+        camera: name,
+        session,
+        identity,
+        posed: None,
+        checkpoint_writer: CheckpointWriter::new("a state"),
+    };
     if common.force {
         run.forget()?;
     }
@@ -94,12 +101,12 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     }
     let (counters, frame_ms) = sums(&records);
     for warning in counters.warnings() {
-        tell!("warning: {warning}");
+        message!("warning: {warning}");
     }
     if done && has_video {
         video::write(&run.plan.pattern, &run.plan.frames, run.plan.fps, &video)?;
     }
-    tell(&run, &missing, &records, frame_ms, done);
+    print_summary(&run, &missing, &records, frame_ms, done);
     if common.json {
         let Run { plan, scene, camera, session, .. } = &run;
         let settings = &plan.settings;
@@ -117,27 +124,27 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
             "video": (done && has_video).then_some(video),
             "frames": records, "frame_ms": frame_ms, "counters": counters,
         });
-        say(serde_json::to_string_pretty(&out)?)?;
+        print(serde_json::to_string_pretty(&out)?)?;
     }
     Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
 }
 
-/// Says what was done.
-fn tell(run: &Run, missing: &[u32], records: &[Record], frame_ms: f64, done: bool) {
+/// Prints what was done.
+fn print_summary(run: &Run, missing: &[u32], records: &[Record], frame_ms: f64, done: bool) {
     let name = run.plan.pattern.frame(run.plan.frames.start, "exr");
     let all = run.plan.frames.len();
     if missing.is_empty() {
-        tell!("{}: all {all} frames are there; nothing to render", name.display());
+        message!("{}: all {all} frames are there; nothing to render", name.display());
         return;
     }
     let written = records.iter().filter(|record| record.written).count();
     let again = records.len() - written;
-    tell!(
+    message!(
         "{}: {written} frames rendered, {again} rendered again for their history, {} kept; {frame_ms:.1} ms a frame",
         name.display(),
         all - missing.len()
     );
     if !done {
-        tell!("interrupted; the same command goes on");
+        message!("interrupted; the same command goes on");
     }
 }

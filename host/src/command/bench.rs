@@ -11,10 +11,10 @@ use caustics::experiment::table::table;
 use caustics::exposure::Exposure;
 use toml::Spanned;
 
+use super::console::print;
 use super::options::{
     camera, check_environment, check_fps, check_size, color, default_light, texture_filter,
 };
-use super::say::say;
 use super::sweep::{check_tables, expand, forget, measure, tasks, write_tables};
 use crate::cli::{Bench, PixelFilter, Quantity, TextureFilter, Usage};
 
@@ -40,9 +40,9 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
         .collect();
     if options.json {
         let results: Vec<&CellResult> = measured.iter().map(|(_, result)| result).collect();
-        say(serde_json::to_string_pretty(&results)?)?;
+        print(serde_json::to_string_pretty(&results)?)?;
     } else if !measured.is_empty() {
-        say(table(&measured).trim_end())?;
+        print(table(&measured).trim_end())?;
     }
     Ok(if is_done { ExitCode::SUCCESS } else { ExitCode::from(130) })
 }

@@ -13,8 +13,8 @@ use caustics::output::png;
 use caustics::output::target::Target;
 use serde_json::json;
 
+use super::console::print;
 use super::options::{check_ending, same_file};
-use super::say::say;
 use crate::cli::{Compare, Limit, Usage};
 
 /// Memory that the metrics of a pixel take at once (bytes). Measured as the growth of the peak: 236.
@@ -41,7 +41,7 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
     let (encoding, region) = (frame.encoding, frame.region);
     let non_finite: Vec<usize> = estimates.iter().map(|image| image.mean.non_finite_count()).collect();
     for (path, count) in options.files.iter().zip(&non_finite).filter(|(_, count)| **count > 0) {
-        tell!("warning: {}: {count} pixels are NaN or infinite", path.display());
+        message!("warning: {}: {count} pixels are NaN or infinite", path.display());
     }
     let of_reference = estimates.pop().ok_or_else(|| Usage("no files".into()))?;
     let exposure = options.exposure.stops(of_reference.mean.values.iter().copied());
@@ -52,12 +52,12 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
         (Some(target), Some(map)) => {
             target.finish(&png::encode(map.width as u32, map.height as u32, &map.to_colors())?)?;
         }
-        (Some(_), None) => tell!("warning: --map: FLIP has no value here, and no map is written"),
+        (Some(_), None) => message!("warning: --map: FLIP has no value here, and no map is written"),
         (None, _) => {}
     }
     let failed = failed(options, &report);
     for failure in &failed {
-        tell!("failed: {failure}");
+        message!("failed: {failure}");
     }
     if options.json {
         let region = json!({ "x": region.x, "y": region.y, "width": region.width, "height": region.height });
@@ -69,9 +69,9 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
             "z_blocks": report.z_blocks,
             "exposure": exposure, "pixels_per_degree": options.pixels_per_degree, "failed": failed,
         });
-        say(serde_json::to_string_pretty(&out)?)?;
+        print(serde_json::to_string_pretty(&out)?)?;
     } else {
-        say(table(&report).trim_end())?;
+        print(table(&report).trim_end())?;
     }
     Ok(ExitCode::from(if failed.is_empty() { 0 } else { 3 }))
 }

@@ -17,7 +17,7 @@ use caustics::vulkan::{self, DeviceInfo};
 use caustics_kernels::interface::features::Features;
 use rayon::prelude::*;
 
-use super::say::say;
+use super::console::print;
 use crate::cli::{self, Usage};
 use figures::Figures;
 use one::Compiled;
@@ -42,9 +42,9 @@ pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
     let modules = modules.iter().map(|&(name, words)| (name, hash(words))).collect();
     let report = Report { device, modules, entry_points };
     if options.json {
-        say(serde_json::to_string_pretty(&report)?)?;
+        print(serde_json::to_string_pretty(&report)?)?;
     } else {
-        say(report::text(&report).trim_end())?;
+        print(report::text(&report).trim_end())?;
     }
     Ok(ExitCode::from(u8::from(failed > 0)))
 }
@@ -133,8 +133,8 @@ fn outcome(status: ExitStatus, stdout: &[u8], stderr: &[u8]) -> Result<Compiled,
     let last = stderr.lines().rfind(|line| !line.trim().is_empty()).unwrap_or_default();
     if status.code().is_none() {
         // Nobody but the driver ends a process that only compiles.
-        let said = if last.is_empty() { String::new() } else { format!("; it said: {last}") };
-        return Err(format!("the driver's compiler crashed ({status}){said}"));
+        let last_line = if last.is_empty() { String::new() } else { format!("; it said: {last}") };
+        return Err(format!("the driver's compiler crashed ({status}){last_line}"));
     }
     if !status.success() {
         return Err(last.strip_prefix("error: ").unwrap_or(last).to_string());

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use caustics::vulkan::{DeviceInfo, VulkanError, devices};
 
 use super::compile;
-use super::say::say;
+use super::console::print;
 use crate::cli;
 
 /// Lists devices; without any, says why and exits with 4.
@@ -18,19 +18,19 @@ pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
         return Err(VulkanError::NoDevice { wanted: "at all".into(), found: "none".into() }.into());
     }
     if options.json {
-        say(serde_json::to_string_pretty(&devices)?)?;
+        print(serde_json::to_string_pretty(&devices)?)?;
         return Ok(ExitCode::SUCCESS);
     }
     for device in &devices {
-        say(format_args!(
+        print(format_args!(
             "{}: {} ({}), Vulkan {}",
             device.index, device.name, device.driver, device.api_version
         ))?;
-        say(format_args!("   kind: {:?}", device.kind))?;
-        say(format_args!("   ray queries: {}", if device.ray_queries { "yes" } else { "no" }))?;
-        say(format_args!("   largest buffer: {} MiB", device.max_storage_buffer_bytes >> 20))?;
-        say(format_args!("   timestamps: {}", if device.timestamps { "yes" } else { "no" }))?;
-        say(format_args!("   used: {}", verdict(device)))?;
+        print(format_args!("   kind: {:?}", device.kind))?;
+        print(format_args!("   ray queries: {}", if device.ray_queries { "yes" } else { "no" }))?;
+        print(format_args!("   largest buffer: {} MiB", device.max_storage_buffer_bytes >> 20))?;
+        print(format_args!("   timestamps: {}", if device.timestamps { "yes" } else { "no" }))?;
+        print(format_args!("   used: {}", verdict(device)))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -10,11 +10,11 @@ use caustics::settings::Settings;
 use serde::Serialize;
 
 use self::table::table;
+use super::console::print;
 use super::open::open_edited;
 use super::options::settings;
 use super::pick::pick;
 use super::render::configuration;
-use super::say::say;
 use super::warn::warn;
 use crate::cli::{Inspect, Usage};
 
@@ -22,7 +22,7 @@ mod table;
 
 /// What is printed as JSON.
 #[derive(Serialize)]
-struct Told<'a> {
+struct Output<'a> {
     scene: &'a str,
     file: String,
     camera: &'a str,
@@ -71,7 +71,7 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     }
     let inspection = session.inspect(&scene, pixel.x, pixel.y, options.photons)?;
     if options.json {
-        let told = Told {
+        let output = Output {
             scene: &scene.name,
             file: file.display().to_string(),
             camera: &camera.name,
@@ -87,10 +87,10 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
             commit: env!("CAUSTICS_COMMIT"),
             inspection: &inspection,
         };
-        say(serde_json::to_string_pretty(&told)?)?;
+        print(serde_json::to_string_pretty(&output)?)?;
     } else {
-        say(format_args!("{}, method {}, {}", scene.name, method.name, session.device()))?;
-        say(table(&inspection))?;
+        print(format_args!("{}, method {}, {}", scene.name, method.name, session.device()))?;
+        print(table(&inspection))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -17,13 +17,15 @@ pub fn watch() -> anyhow::Result<impl Fn() -> bool> {
             // Nothing is saved: who asks twice wants the machine back. Outputs are in their place or not there at all.
             std::process::exit(130);
         }
-        tell!("interrupted: ends after the frame at hand; once more ends at once");
+        message!("interrupted: ends after the frame at hand; once more ends at once");
     };
     match threads::check(1) {
         Ok(()) => ctrlc::set_handler(handler).context("cannot catch Ctrl-C")?,
         // A thread waits for it.
         Err(_) => {
-            tell!("warning: Ctrl-C ends at once and saves nothing, for want of a thread that waits for it");
+            message!(
+                "warning: Ctrl-C ends at once and saves nothing, for want of a thread that waits for it"
+            );
         }
     }
     Ok(move || interrupted.load(Ordering::SeqCst))
@@ -34,10 +36,10 @@ const MAX_WAIT: Duration = Duration::from_secs(2);
 
 /// Calls `end` on Ctrl-C or SIGTERM. A process that has not ended then by itself ends after a moment, and at once when it is told a
 /// second time. Once in a process.
-pub fn end_when_told(end: impl Fn() + Send + 'static) -> anyhow::Result<()> {
-    let is_told = AtomicBool::new(false);
+pub fn end_on_signal(end: impl Fn() + Send + 'static) -> anyhow::Result<()> {
+    let was_signalled = AtomicBool::new(false);
     let handler = move || {
-        if is_told.swap(true, Ordering::SeqCst) {
+        if was_signalled.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
         }
         let waits = thread::Builder::new().spawn(|| {
@@ -69,7 +71,7 @@ mod tests {
     #[test]
     fn a_process_that_hangs_ends_when_it_is_told() {
         if std::env::var_os(HANGS).is_some() {
-            end_when_told(|| {
+            end_on_signal(|| {
                 loop {
                     thread::park();
                 }

@@ -24,15 +24,15 @@ use serde_json::json;
 
 use super::aov;
 use super::bar::bar;
+use super::checkpoint_writer::CheckpointWriter;
+use super::console::print;
 use super::identity::{attributes, end, identity};
 use super::interrupt;
-use super::keeper::Keeper;
 use super::live::Live;
 use super::open::open;
 use super::opened::{Opened, opened};
 use super::options::{check_outputs, check_scene_files, duration, scene_files};
 use super::report::Report;
-use super::say::say;
 use super::scene::feature_names;
 use super::shard::{Part, warn_of_reuse};
 use super::stop::Stop;
@@ -109,7 +109,7 @@ impl Job {
         let features = if has_ledger { features | Features::LEDGER } else { features };
         let Opened { mut session, choice, gather, reason } =
             opened(&cell, &options.machine, &scene, &camera, &settings, features)?;
-        tell!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
+        message!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
         let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
         let triangles = scene.triangles.len();
         if !options.json {
@@ -132,7 +132,7 @@ impl Job {
         if resumes && let Some(last) = sums.shape.end().checked_sub(1) {
             session.restore(last, &state).map_err(|error| damaged(&kept.path, error))?;
         }
-        let mut keeper = Keeper::new("a checkpoint");
+        let mut checkpoint_writer = CheckpointWriter::new("a checkpoint");
 
         let bar = bar();
         let mut report = Report::default();
@@ -154,9 +154,9 @@ impl Job {
             sums.add(&session.image()?);
             live.show(|| sums.mean());
             if saved.elapsed() >= every {
-                keeper.keep(kept.save(&mut sums, before + report.wall, &mut session));
+                checkpoint_writer.keep(kept.save(&mut sums, before + report.wall, &mut session));
                 saved = Instant::now();
-                saved_frames = if keeper.is_kept() { sums.frames() } else { 0 };
+                saved_frames = if checkpoint_writer.is_kept() { sums.frames() } else { 0 };
             }
         };
         bar.finish_and_clear();
@@ -164,22 +164,22 @@ impl Job {
             return Ok(ExitCode::from(130));
         }
         for warning in report.counters.warnings() {
-            tell!("warning: {warning}");
+            message!("warning: {warning}");
         }
         // Also of a run that is done, if it was long: nothing that fails from here on must cost it.
         let is_long = report.wall >= every && saved_frames != sums.frames();
         if !done || is_long || part.is_some() {
             let saved = kept.save(&mut sums, before + report.wall, &mut session);
             // They are all that a shard leaves.
-            if part.is_some() { saved? } else { keeper.keep(saved) }
+            if part.is_some() { saved? } else { checkpoint_writer.keep(saved) }
         }
         if !done {
             let hint = match part {
-                _ if !keeper.is_kept() => "",
+                _ if !checkpoint_writer.is_kept() => "",
                 Some(_) => "; the same command goes on",
                 None => "; --resume goes on",
             };
-            tell!("interrupted after {} frames{hint}", sums.frames());
+            message!("interrupted after {} frames{hint}", sums.frames());
         }
 
         let mut image = sums.mean();
@@ -223,7 +223,7 @@ impl Job {
             && part.is_none()
             && let Err(error) = remove(&kept.path)
         {
-            tell!("warning: {error:#}");
+            message!("warning: {error:#}");
         }
         if options.json {
             let out = json!({
@@ -243,10 +243,10 @@ impl Job {
                 "energy": (method.gathers && has_ledger).then(|| report.energy()),
                 "estimated_relmse": relative_error.is_finite().then_some(relative_error),
             });
-            say(serde_json::to_string_pretty(&out)?)?;
+            print(serde_json::to_string_pretty(&out)?)?;
         } else {
             let frames = report.frames();
-            tell!("{}: {frames} frames rendered, {:.1} ms a frame", output.display(), report.frame_ms());
+            message!("{}: {frames} frames rendered, {:.1} ms a frame", output.display(), report.frame_ms());
         }
         Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
     }

@@ -12,7 +12,7 @@ use caustics::rendered_image::RenderedImage;
 use caustics_kernels::pass::display::tone_mapped;
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
-use super::keeper::Keeper;
+use super::checkpoint_writer::CheckpointWriter;
 use super::options::duration;
 use crate::cli::{Common, Usage};
 
@@ -27,7 +27,7 @@ const CHANNELS: [&str; 3] = ["R", "G", "B"];
 pub struct Live {
     every: Duration,
     last: Option<Instant>,
-    png: Option<(PathBuf, Keeper)>,
+    png: Option<(PathBuf, CheckpointWriter)>,
     viewer: Option<Viewer>,
     exposure: Exposure,
 }
@@ -43,7 +43,7 @@ impl Live {
         Ok(Live {
             every: refresh.unwrap_or(DEFAULT_INTERVAL),
             last: None,
-            png: png.map(|path| (path, Keeper::new("the PNG of the image so far"))),
+            png: png.map(|path| (path, CheckpointWriter::new("the PNG of the image so far"))),
             viewer: options.tev.as_deref().map(|at| Viewer::open(at, &options.output)).transpose()?,
             exposure: options.view.exposure,
         })
@@ -61,8 +61,8 @@ impl Live {
             return;
         }
         let image = image();
-        if let Some((path, keeper)) = &mut self.png {
-            keeper.keep(write(path, &image, self.exposure));
+        if let Some((path, checkpoint_writer)) = &mut self.png {
+            checkpoint_writer.keep(write(path, &image, self.exposure));
         }
         self.send(&image);
         self.last = Some(Instant::now());
@@ -73,7 +73,7 @@ impl Live {
         if let Some(viewer) = &mut self.viewer
             && let Err(error) = viewer.send(image)
         {
-            tell!("warning: tev is sent no more, and the run goes on without: {error}");
+            message!("warning: tev is sent no more, and the run goes on without: {error}");
             self.viewer = None;
         }
     }

@@ -51,9 +51,9 @@ fn references(options: &Merge, target: Target) -> anyhow::Result<()> {
     for part in &parts {
         let share = part.samples / samples;
         for pixel in 0..pixels {
-            for lane in 0..3 {
-                mean[pixel][lane] += share * f64::from(part.mean[pixel][lane]);
-                variance[pixel][lane] += share * share * f64::from(part.variance[pixel][lane]);
+            for channel in 0..3 {
+                mean[pixel][channel] += share * f64::from(part.mean[pixel][channel]);
+                variance[pixel][channel] += share * share * f64::from(part.variance[pixel][channel]);
             }
         }
     }
@@ -71,7 +71,7 @@ fn references(options: &Merge, target: Target) -> anyhow::Result<()> {
     attributes.retain(|name, _| !["aov", "materials"].contains(&name.as_str()));
     let bytes = exr::encode(&image, Some((colors(variance).collect(), samples as u32)), &attributes)?;
     target.finish(&bytes)?;
-    tell!("{}: {} samples a pixel from {} files", options.output.display(), samples, parts.len());
+    message!("{}: {} samples a pixel from {} files", options.output.display(), samples, parts.len());
     Ok(())
 }
 

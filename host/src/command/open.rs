@@ -23,7 +23,7 @@ pub fn open_edited(
     let edits = edited.map(|path| edits(path, view)).transpose()?;
     let staged = staged(file, view, loading, edits)?;
     for note in &staged.notes {
-        tell!("{note}");
+        message!("{note}");
     }
     Ok(staged)
 }

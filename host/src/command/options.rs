@@ -33,7 +33,7 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
         None if frames > 1 => PIXEL_FILTER_BOX,
         None => PIXEL_FILTER_CENTRE,
     };
-    // The mean over a pixel of what the finest level shows is the truth. That of what a footprint's level shows is not: averaged
+    // The mean over a pixel of what the finest level shows is the reference. That of what a footprint's level shows is not: averaged
     // normals reflect a narrower part of the scene (+19 % in a region of a normal-mapped mirror).
     let averages = frames > 1 && pixel_filter == PIXEL_FILTER_BOX;
     let of_means = averages.then_some(caustics_kernels::interface::choice::TextureFilter::Finest);

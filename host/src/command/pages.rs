@@ -8,14 +8,14 @@ use caustics::output::target::Target;
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 
-use super::say::say;
+use super::console::print;
 use crate::cli::{self, Cli};
 
 /// Prints what completes the options in a shell.
 pub fn completions(options: &cli::Completions) -> anyhow::Result<ExitCode> {
     let mut script = Vec::new();
     clap_complete::generate(options.shell, &mut Cli::command(), "caustics", &mut script);
-    say(String::from_utf8(script)?.trim_end())?;
+    print(String::from_utf8(script)?.trim_end())?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -15,10 +15,10 @@ pub fn configuration(
     preset: Option<Preset>,
     has_frames: bool,
 ) -> Result<(Cell, Preset), Usage> {
-    let says_how = has_frames || axes.says_how();
+    let has_render_options = has_frames || axes.has_render_options();
     // Frames that nobody asked for by name are as `bench` and `animate` have them, to be averaged.
-    let defaults = preset.or((!says_how).then_some(Preset::Preview)).map_or(vec![], Preset::values);
-    let preset = preset.unwrap_or(if says_how { Preset::Frame } else { Preset::Preview });
+    let defaults = preset.or((!has_render_options).then_some(Preset::Preview)).map_or(vec![], Preset::values);
+    let preset = preset.unwrap_or(if has_render_options { Preset::Frame } else { Preset::Preview });
     Ok((axes.cell_of(&defaults)?, preset))
 }
 

@@ -26,7 +26,7 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
     };
     let report = report(&request)?;
     for warning in &report.warnings {
-        tell!("warning: {warning}");
+        message!("warning: {warning}");
     }
     let was_there = files.exists();
     std::fs::create_dir_all(&files).with_context(|| format!("cannot create {}", files.display()))?;
@@ -37,7 +37,7 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
     }
     written?;
     let (page, count) = (options.output.display(), report.files.len());
-    tell!(
+    message!(
         "{page}: {} cells, {:.1} MB; {count} files in {}",
         report.cells,
         report.html.len() as f64 / 1e6,

@@ -9,7 +9,7 @@ use caustics::text::cut;
 use caustics_kernels::interface::features::Features;
 use serde_json::json;
 
-use super::say::say;
+use super::console::print;
 use crate::cli;
 
 /// Runs a command on scenes.
@@ -42,7 +42,7 @@ fn make(name: &str, output: Option<&Path>, force: bool) -> anyhow::Result<()> {
         return Err(TargetError::Exists(file).into());
     }
     for scene in wanted {
-        say(caustics_scenes::make(scene, output, force)?.display())?;
+        print(caustics_scenes::make(scene, output, force)?.display())?;
     }
     Ok(())
 }
@@ -53,15 +53,15 @@ fn list() -> std::io::Result<()> {
     let description = |name: &str| caustics_scenes::description(name).unwrap_or_default();
     for name in caustics_scenes::NAMES {
         let missing = if is_there(name) { "" } else { " (not made yet: caustics scene make)" };
-        say(format_args!("{name:14} {}{missing}", description(name)))?;
+        print(format_args!("{name:14} {}{missing}", description(name)))?;
     }
     for name in caustics_scenes::ON_DEMAND {
         let how = if is_there(name) { String::new() } else { format!(": caustics scene make {name}") };
-        say(format_args!("{name:14} {} (made on demand{how})", description(name)))?;
+        print(format_args!("{name:14} {} (made on demand{how})", description(name)))?;
     }
     let known = [&caustics_scenes::NAMES[..], &caustics_scenes::ON_DEMAND].concat();
     for name in there.iter().filter(|name| !known.contains(&name.as_str())) {
-        say(name)?;
+        print(name)?;
     }
     Ok(())
 }
@@ -97,47 +97,47 @@ fn info(
             "deepest_useful_prefix": depth,
             "warnings": scene.warnings,
         });
-        say(serde_json::to_string_pretty(&info)?)?;
+        print(serde_json::to_string_pretty(&info)?)?;
         return Ok(());
     }
-    say(format_args!("{} ({})", scene.name, file.display()))?;
-    say(format_args!(
+    print(format_args!("{} ({})", scene.name, file.display()))?;
+    print(format_args!(
         "triangles  {} ({} without an area dropped)",
         scene.triangles.len(),
         scene.dropped_triangles
     ))?;
     let (meshes, instances) = (scene.instanced.meshes.len(), scene.instanced.instances.len());
     if instances > 0 {
-        say(format_args!(
+        print(format_args!(
             "instances  {instances} of {meshes} meshes with {} of the triangles",
             scene.instanced.triangle_count()
         ))?;
     }
-    say(format_args!("materials  {}", joined(scene.material_names.iter().map(String::as_str))))?;
+    print(format_args!("materials  {}", joined(scene.material_names.iter().map(String::as_str))))?;
     let texels = scene.textures.texels.len();
-    say(format_args!("textures   {}, {texels} texels with all levels", scene.textures.textures.len()))?;
-    say(format_args!(
+    print(format_args!("textures   {}, {texels} texels with all levels", scene.textures.textures.len()))?;
+    print(format_args!(
         "lights     {}, {:.4} W in all channels",
         scene.lights.len(),
         scene.flux.element_sum()
     ))?;
-    say(format_args!("cameras    {}", joined(scene.cameras.iter().map(|camera| camera.name.as_str()))))?;
+    print(format_args!("cameras    {}", joined(scene.cameras.iter().map(|camera| camera.name.as_str()))))?;
     if scene.is_animated() {
-        say(format_args!(
+        print(format_args!(
             "animation  {:.3} s, moves {}",
             scene.duration(),
             joined(scene.moving_nodes().into_iter())
         ))?;
     }
-    say(format_args!("bvh        {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len()))?;
-    say(format_args!("features   {}", feature_names(features).join(", ")))?;
+    print(format_args!("bvh        {} nodes, {} leaves", scene.nodes.len(), scene.blocks.len()))?;
+    print(format_args!("features   {}", feature_names(features).join(", ")))?;
     let unlimited = "as many as --max-bounces allows".to_string();
-    say(format_args!(
+    print(format_args!(
         "prefix     {}",
         depth.map_or(unlimited, |depth| format!("{depth} vertex, nothing is specular"))
     ))?;
     for warning in &scene.warnings {
-        say(format_args!("warning    {}", cut(warning, 1200)))?;
+        print(format_args!("warning    {}", cut(warning, 1200)))?;
     }
     Ok(())
 }

@@ -65,7 +65,7 @@ pub fn warn_of_reuse(cell: &Cell, first: u32) {
             [] => (String::new(), "reuses"),
             others => (others.join(", ") + " and ", "reuse"),
         };
-        tell!(
+        message!(
             "warning: {others}{last} {reuse} earlier frames: the shard is a run of its own from frame {first} on, and its \
              frames are not those of a run without --shard"
         );

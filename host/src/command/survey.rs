@@ -17,8 +17,8 @@ use serde_json::{Value, json};
 use self::alone::{Ended, run_alone};
 use self::cause::{cause, kind};
 use super::bar::bar;
+use super::console::print;
 use super::options::duration;
-use super::say::say;
 use crate::cli;
 
 mod alone;
@@ -96,9 +96,9 @@ pub fn run(options: &cli::Survey) -> anyhow::Result<ExitCode> {
         .collect();
     bar.finish_and_clear();
     if options.json {
-        say(serde_json::to_string_pretty(&json!({ "files": records, "summary": summary(&records) }))?)?;
+        print(serde_json::to_string_pretty(&json!({ "files": records, "summary": summary(&records) }))?)?;
     } else {
-        say(table(&records).trim_end())?;
+        print(table(&records).trim_end())?;
     }
     let fails = records.iter().any(|record| record.outcome == Outcome::Fails);
     Ok(if options.fail && fails { ExitCode::FAILURE } else { ExitCode::SUCCESS })

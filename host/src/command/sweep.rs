@@ -16,10 +16,10 @@ use caustics::file::read_text;
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::scene::{self, EnvironmentMap};
 
+use super::console::print;
 use super::interrupt;
 use super::options::{check_rays, check_scene_files};
 use super::pick::pick;
-use super::say::say;
 use crate::cli::{self, Machine, Tracer, Usage};
 
 /// Measures, or lists, or merges. 130 after Ctrl-C, with what was done written.
@@ -77,21 +77,21 @@ pub fn expand(config: &Config, machine: &Machine) -> anyhow::Result<Expanded> {
         // A device, a tracer and a validation layer belong to the runners that have one.
         let of_cpu = Machine { tracer: Tracer::Auto, device: None, debug: None, ..machine.clone() };
         let (choice, _, reason) = pick(name, if name == "cpu" { &of_cpu } else { machine }, None)?;
-        tell!("runner {name}: {reason}");
+        message!("runner {name}: {reason}");
         known.insert(name.to_string(), choice.clone());
         Ok(choice)
     };
     let expanded = Expanded::new(config, &mut runner)?;
     for line in &expanded.skipped {
-        tell!("{line}");
+        message!("{line}");
     }
     // A scene is a part for each of its sizes.
     let notes: BTreeSet<&String> = expanded.parts.iter().flat_map(|part| &part.notes).collect();
     for note in notes {
-        tell!("{note}");
+        message!("{note}");
     }
     for warning in expanded.parts.iter().flat_map(|part| &part.scene.warnings) {
-        tell!("warning: {warning}");
+        message!("warning: {warning}");
     }
     Ok(expanded)
 }
@@ -117,13 +117,14 @@ pub fn tasks<'a>(config: &Config, expanded: &'a Expanded) -> Result<Vec<Task<'a>
 pub fn measure(config: &Config, tasks: &[Task], results: &Results, of: &str) -> anyhow::Result<bool> {
     let stopped = interrupt::watch()?;
     let missing = tasks.iter().filter(|task| !task.is_done(config, results)).count();
-    tell!("{} cells{of}, {missing} to measure", tasks.len());
+    message!("{} cells{of}, {missing} to measure", tasks.len());
     let cache = if config.error.is_some() { cache()? } else { PathBuf::new() };
-    let tell = |line: &str| tell!("{line}");
-    let sweep = Sweep { config, results, cache, stopped: &stopped, tell: &tell, found: Default::default() };
+    let message = |line: &str| message!("{line}");
+    let sweep =
+        Sweep { config, results, cache, stopped: &stopped, on_message: &message, found: Default::default() };
     let is_done = sweep.measure_all(tasks)?;
     if !is_done {
-        tell!("interrupted; the same command resumes");
+        message!("interrupted; the same command resumes");
     }
     Ok(is_done)
 }
@@ -149,7 +150,7 @@ fn dry_run(options: &cli::Sweep, config: &Config, tasks: &[Task]) -> anyhow::Res
         let is_done = known(task).is_some_and(|result| task.is_whole(config, &result)) && !options.force;
         done += usize::from(is_done);
         let state = if is_done { "done   " } else { "missing" };
-        say(format_args!("{state} {} {} {}", task.identity, task.part.scene.name, task.cell.name))?;
+        print(format_args!("{state} {} {} {}", task.identity, task.part.scene.name, task.cell.name))?;
     }
     let (mut needed, mut kept) = (BTreeSet::new(), 0);
     if let Some(error) = &config.error {
@@ -170,7 +171,7 @@ fn dry_run(options: &cli::Sweep, config: &Config, tasks: &[Task]) -> anyhow::Res
         }
     }
     let (cells, references) = (tasks.len(), needed.len());
-    say(format_args!("{cells} cells, {done} done; {references} references, {kept} kept"))?;
+    print(format_args!("{cells} cells, {done} done; {references} references, {kept} kept"))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -178,7 +179,7 @@ fn join(options: &cli::Sweep, out: &Path) -> anyhow::Result<ExitCode> {
     let counts = merge(&options.merge, out)?;
     for (folder, joined) in options.merge.iter().zip(counts) {
         let (folder, Joined { taken, equal, older }) = (folder.display(), joined);
-        tell!("{folder}: {taken} taken, {equal} there already, {older} left out for fuller or newer ones");
+        message!("{folder}: {taken} taken, {equal} there already, {older} left out for fuller or newer ones");
     }
     write_tables(out)?;
     Ok(ExitCode::SUCCESS)
@@ -204,6 +205,6 @@ pub fn write_tables(folder: &Path) -> anyhow::Result<()> {
     if let Some(frames) = frames_csv(&results)? {
         write("frames.csv", frames)?;
     }
-    tell!("{}: {} cells", folder.join("cells.csv").display(), results.len());
+    message!("{}: {} cells", folder.join("cells.csv").display(), results.len());
     Ok(())
 }

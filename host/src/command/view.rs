@@ -1,15 +1,15 @@
 //! `caustics view`: a page, served by this program, in which a scene is looked at live.
 //!
-//! One thread renders ([`engine`]), another serves ([`server`]); what they share ([`shared`]) is a wish, which the page at the wheel
-//! changes ([`wish`]), and the latest image and words.
+//! One thread renders ([`engine`]), another serves ([`server`]); what they share ([`shared`]) is a view request, which the page with the control token
+//! changes ([`request`]), and the latest image and words.
 
+mod accept;
 mod connection;
+mod control_token;
 mod distance;
-mod door;
 mod edited;
 mod engine;
 mod guard;
-mod lane;
 mod line;
 mod look;
 mod pace;
@@ -17,6 +17,8 @@ mod packet;
 mod page;
 mod pick;
 mod recording;
+mod render_job;
+mod request;
 mod save;
 mod server;
 mod share;
@@ -25,8 +27,6 @@ mod site;
 mod status;
 #[cfg(test)]
 mod taken;
-mod wheel;
-mod wish;
 
 use std::net::{SocketAddr, TcpListener};
 use std::process::ExitCode;
@@ -42,18 +42,18 @@ use caustics_kernels::interface::choice::PathHistory;
 use tokio::runtime;
 use tokio::sync::Semaphore;
 
-use self::door::accept;
+use self::accept::accept;
+use self::control_token::ControlToken;
 use self::edited::{Edited, by_node, if_any};
 use self::engine::Engine;
 use self::guard::Guard;
 use self::look::{Layer, Look};
 use self::page::Page;
+use self::request::{Against, ViewRequest};
 use self::server::router;
 use self::shared::Shared;
 use self::site::Site;
-use self::wheel::Wheel;
-use self::wish::{Against, Wish};
-use super::interrupt::end_when_told;
+use super::interrupt::end_on_signal;
 use super::open::{edits, staged};
 use super::options::{check_rays, check_size};
 use super::pick::pick;
@@ -103,9 +103,9 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     let edits = options.edits.as_deref().map(|path| edits(path, view)).transpose()?.unwrap_or_default();
     let staged = staged(&file, view, &options.loading, if_any(&edits))?;
     for note in &staged.notes {
-        tell!("{note}");
+        message!("{note}");
     }
-    let wish = Wish {
+    let request = ViewRequest {
         camera: looked_through(&staged)?,
         at: 0.0,
         time: options.time,
@@ -121,16 +121,16 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
         paused: false,
     };
     let run = Guard::random().context(NO_NUMBERS)?.token().to_string();
-    let page = Page::new(&staged.scene, &wish, &run);
-    let shared = Shared::new(wish);
+    let page = Page::new(&staged.scene, &request, &run);
+    let shared = Shared::new(request);
     let ends = Arc::clone(&shared);
-    end_when_told(move || ends.end())?;
+    end_on_signal(move || ends.end())?;
     let site = Arc::new(Site {
         shared: Arc::clone(&shared),
         guard,
         page,
         run,
-        wheel: Wheel::new(),
+        control_token: ControlToken::new(),
         files: Arc::new(Semaphore::new(MAX_FILES)),
         packers: Arc::new(Semaphore::new(PACKERS)),
     });
@@ -141,7 +141,7 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
         .enable_time()
         .build()
         .context("cannot start threads")?;
-    tell!("{}", told(address, site.guard.token()));
+    message!("{}", address_message(address, site.guard.token()));
     let listener = {
         let _inside = runtime.enter();
         tokio::net::TcpListener::from_std(listener)?
@@ -156,7 +156,7 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
 /// How to render where nobody says: with histories while something moves.
 fn cell(options: &Viewer) -> Result<Cell, Usage> {
     let histories = [(&HISTORY, VALIDATED.name), (&PATH_HISTORY, PathHistory::Validated.name())];
-    let defaults: Vec<_> = histories.into_iter().filter(|_| !options.axes.says_how()).collect();
+    let defaults: Vec<_> = histories.into_iter().filter(|_| !options.axes.has_render_options()).collect();
     options.axes.cell_of(&defaults)
 }
 
@@ -177,8 +177,8 @@ fn looked_through(staged: &Staged) -> anyhow::Result<CameraChoice> {
     }))
 }
 
-/// What a person is told of where the page is.
-fn told(address: SocketAddr, token: &str) -> String {
+/// Message with the address of the page.
+fn address_message(address: SocketAddr, token: &str) -> String {
     let page = format!("http://{address}/?token={token}");
     if address.ip().is_loopback() {
         return format!(

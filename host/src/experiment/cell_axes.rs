@@ -60,9 +60,9 @@ impl Cell {
     fn short_name(&self) -> String {
         let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, Shown::Color));
         let colored = colored.filter(|axis| **axis == HISTORY || (axis.not_applicable)(self).is_none());
-        let said =
+        let named =
             colored.filter(|axis| [&METHOD, &HISTORY].contains(axis) || axis.get(self) != axis.default);
-        said.map(|axis| axis.get(self)).collect::<Vec<_>>().join("-")
+        named.map(|axis| axis.get(self)).collect::<Vec<_>>().join("-")
     }
 
     /// What a result says of it; paths a pixel are those of a frame of this size.

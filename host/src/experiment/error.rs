@@ -90,7 +90,7 @@ pub static FLIP: Measure = Measure {
     description: "Mean FLIP, the difference that a person sees between image and reference, 0 to 1",
     limitations: "it forgives light that is lost evenly: look at relMSE beside it",
     charted: true,
-    of: |seen| seen.mean(|now| Some(now.flip_map(seen.truth, seen.exposure)?.mean())),
+    of: |seen| seen.mean(|now| Some(now.flip_map(seen.reference, seen.exposure)?.mean())),
 };
 
 /// FLIP of the image, where caustics are.
@@ -102,8 +102,8 @@ pub static FLIP_CAUSTIC_REGION: Measure = Measure {
     charted: true,
     of: |seen| {
         seen.mean(|now| {
-            let map = now.flip_map(seen.truth, seen.exposure)?;
-            Some(seen.truth.region.as_ref()?.mean(&map.values))
+            let map = now.flip_map(seen.reference, seen.exposure)?;
+            Some(seen.reference.region.as_ref()?.mean(&map.values))
         })
     },
 };
@@ -115,7 +115,9 @@ pub static FLIP_CAUSTICS: Measure = Measure {
     description: "Mean FLIP of the caustics over the reference's other light",
     limitations: "caustics of a part of the image are averaged with the rest of it",
     charted: true,
-    of: |seen| seen.mean(|now| flip(now.caustics_over_reference.as_ref()?, &seen.truth.whole, seen.exposure)),
+    of: |seen| {
+        seen.mean(|now| flip(now.caustics_over_reference.as_ref()?, &seen.reference.whole, seen.exposure))
+    },
 };
 
 /// Relative mean squared error of the image.
@@ -125,7 +127,7 @@ pub static RELMSE: Measure = Measure {
     description: "Relative mean squared error of the image",
     limitations: "ten pixels can be nine tenths of it",
     charted: true,
-    of: |seen| seen.mean(|now| relative(&now.whole, &seen.truth.whole)),
+    of: |seen| seen.mean(|now| relative(&now.whole, &seen.reference.whole)),
 };
 
 /// Relative mean squared error of the image without its worst pixels.
@@ -135,7 +137,7 @@ pub static RELMSE_TRIMMED: Measure = Measure {
     description: "Relative mean squared error of the image, without the worst 0.1 % of the pixels",
     limitations: "fireflies are left out",
     charted: true,
-    of: |seen| seen.mean(|now| finite(relmse::trimmed(&errors(&now.whole, &seen.truth.whole)?))),
+    of: |seen| seen.mean(|now| finite(relmse::trimmed(&errors(&now.whole, &seen.reference.whole)?))),
 };
 
 /// The same where caustics are.
@@ -147,8 +149,8 @@ pub static RELMSE_TRIMMED_CAUSTIC_REGION: Measure = Measure {
     charted: true,
     of: |seen| {
         seen.mean(|now| {
-            let errors = errors(&now.whole, &seen.truth.whole)?;
-            finite(relmse::trimmed(&seen.truth.region.as_ref()?.pick(&errors)))
+            let errors = errors(&now.whole, &seen.reference.whole)?;
+            finite(relmse::trimmed(&seen.reference.region.as_ref()?.pick(&errors)))
         })
     },
 };
@@ -160,7 +162,7 @@ pub static RELMSE_CAUSTICS: Measure = Measure {
     description: "Relative mean squared error of the layer of caustics",
     limitations: "dim places weigh as much as bright ones",
     charted: true,
-    of: |seen| seen.mean(|now| relative(now.caustics.as_ref()?, seen.truth.caustics.as_ref()?)),
+    of: |seen| seen.mean(|now| relative(now.caustics.as_ref()?, seen.reference.caustics.as_ref()?)),
 };
 
 /// Flicker of the image.
@@ -209,24 +211,24 @@ pub static CAUSTICS_VARIANCE: Measure = Measure {
     },
 };
 
-/// A frame of a cell, once a seed, beside the truth.
+/// A frame of a cell, once a seed, beside the reference.
 pub struct Seen<'a> {
     /// The images of the seeds.
     pub now: &'a [MeasuredImage],
     /// Those of the frame before, in the same order; empty where none was measured.
     pub before: &'a [MeasuredImage],
     /// The reference of the frame.
-    pub truth: &'a MeasuredImage,
+    pub reference: &'a MeasuredImage,
     /// That of the frame before.
-    pub truth_before: Option<&'a MeasuredImage>,
+    pub reference_before: Option<&'a MeasuredImage>,
     /// Exposure of the display (stops).
     pub exposure: f64,
 }
 
 impl<'a> Seen<'a> {
     /// One image by itself, at an exposure of 0.
-    pub fn one(now: &'a MeasuredImage, truth: &'a MeasuredImage) -> Seen<'a> {
-        Seen { now: std::slice::from_ref(now), before: &[], truth, truth_before: None, exposure: 0.0 }
+    pub fn one(now: &'a MeasuredImage, reference: &'a MeasuredImage) -> Seen<'a> {
+        Seen { now: std::slice::from_ref(now), before: &[], reference, reference_before: None, exposure: 0.0 }
     }
 
     /// The mean over the seeds, if all have a value.
@@ -236,9 +238,9 @@ impl<'a> Seen<'a> {
 
     /// The mean change since the frame before, beyond that of the reference.
     fn change(&self, of: &dyn Fn(&MeasuredImage, &MeasuredImage) -> Option<f64>) -> Option<Found> {
-        let truth = of(self.truth, self.truth_before?)?;
+        let reference = of(self.reference, self.reference_before?)?;
         let pairs = self.now.iter().zip(self.before);
-        Found::from_seeds(pairs.map(|(now, before)| Some(of(now, before)? - truth)))
+        Found::from_seeds(pairs.map(|(now, before)| Some(of(now, before)? - reference)))
     }
 }
 
@@ -335,22 +337,23 @@ mod tests {
         }
     }
 
-    /// Measures of images, those before, and of truths.
+    /// Measures of images, those before, and of references.
     fn seen(
         now: &[&RenderedImage],
         before: &[&RenderedImage],
-        truths: [&RenderedImage; 2],
+        references: [&RenderedImage; 2],
     ) -> impl Fn(&Measure) -> Option<f64> {
-        let of = |images: &[&RenderedImage], truth: &RenderedImage| -> Vec<MeasuredImage> {
-            images.iter().map(|image| MeasuredImage::new(image, truth)).collect()
+        let of = |images: &[&RenderedImage], reference: &RenderedImage| -> Vec<MeasuredImage> {
+            images.iter().map(|image| MeasuredImage::new(image, reference)).collect()
         };
-        let [truth_before, truth] = truths.map(|truth| MeasuredImage::new(truth, truth));
-        let (now, before) = (of(now, truths[1]), of(before, truths[0]));
+        let [reference_before, reference] =
+            references.map(|reference| MeasuredImage::new(reference, reference));
+        let (now, before) = (of(now, references[1]), of(before, references[0]));
         let seen = Seen {
             now: &now,
             before: &before,
-            truth: &truth,
-            truth_before: Some(&truth_before),
+            reference: &reference,
+            reference_before: Some(&reference_before),
             exposure: 0.0,
         };
         let found = MEASURES.map(|measure| (measure.key, (measure.of)(&seen)));
@@ -359,10 +362,10 @@ mod tests {
 
     fn alone<const N: usize>(
         image: &RenderedImage,
-        truth: &RenderedImage,
+        reference: &RenderedImage,
         measures: [&Measure; N],
     ) -> [Option<f64>; N] {
-        measures.map(seen(&[image], &[], [truth, truth]))
+        measures.map(seen(&[image], &[], [reference, reference]))
     }
 
     const ERRORS: [&Measure; 7] = [
@@ -377,10 +380,10 @@ mod tests {
 
     #[test]
     fn a_picture_is_no_way_from_itself_and_a_brighter_one_is() {
-        let truth = image(0.2, 0.1);
-        assert_eq!(alone(&truth, &truth, ERRORS), [Some(0.0); 7]);
+        let reference = image(0.2, 0.1);
+        assert_eq!(alone(&reference, &reference, ERRORS), [Some(0.0); 7]);
         let [flip, flip_region, flip_caustics, relmse, trimmed, trimmed_region, relmse_caustics] =
-            alone(&image(0.2, 0.2), &truth, ERRORS).map(Option::unwrap);
+            alone(&image(0.2, 0.2), &reference, ERRORS).map(Option::unwrap);
         assert!(flip > 0.01 && relmse_caustics > 0.5, "{flip} {relmse_caustics}");
         assert_eq!(flip, flip_caustics, "all that is wrong are the caustics");
         // Twice the caustics, a third more of all: squares of 1 and 1/3, but for eps.
@@ -415,7 +418,7 @@ mod tests {
         let [dim, bright] = [image(0.2, 0.1), image(0.2, 0.2)];
         let measures = [&FLICKER, &FLICKER_CAUSTICS, &CAUSTICS_VARIANCE];
         let found = measures.map(seen(&[&bright], &[&dim], [&dim, &bright]));
-        assert_eq!(found, [Some(0.0), Some(0.0), None], "it changes as the truth does");
+        assert_eq!(found, [Some(0.0), Some(0.0), None], "it changes as the reference does");
         let [flicker, of_caustics, variance] =
             measures.map(seen(&[&bright, &dim], &[&dim, &dim], [&dim, &dim])).map(Option::unwrap);
         assert!(flicker > 0.01 && of_caustics == flicker && variance > 0.0);

@@ -32,7 +32,7 @@ struct Run {
 }
 
 /// The reference of a frame.
-struct Truth {
+struct MeasuredReference {
     image: RenderedImage,
     measured: MeasuredImage,
 }
@@ -80,7 +80,7 @@ pub fn measure(
             session.frame(plan.frames.end.saturating_add(warm_up))?;
         }
     }
-    let mut truth_before = None;
+    let mut reference_before = None;
     for (count, frame) in plan.frames.clone().enumerate() {
         if stopped() {
             return Ok(None);
@@ -106,14 +106,14 @@ pub fn measure(
             }
             if plan.compares(frame) {
                 let image = references.load(frame)?;
-                let truth = Truth { measured: MeasuredImage::new(&image, &image), image };
+                let reference = MeasuredReference { measured: MeasuredImage::new(&image, &image), image };
                 for (run, record) in runs.iter_mut().zip(&mut records) {
-                    compare(plan, run, record, &truth, truth_before.as_ref())?;
+                    compare(plan, run, record, &reference, reference_before.as_ref())?;
                 }
-                truth_before = Some(truth.measured);
+                reference_before = Some(reference.measured);
             } else {
                 // Flicker is between a frame and the one before.
-                truth_before = None;
+                reference_before = None;
             }
         }
         each(records)?;
@@ -182,14 +182,15 @@ fn compare(
     plan: &Plan,
     run: &mut Run,
     record: &mut FrameRecord,
-    truth: &Truth,
-    truth_before: Option<&MeasuredImage>,
+    reference: &MeasuredReference,
+    reference_before: Option<&MeasuredImage>,
 ) -> anyhow::Result<()> {
     let images: Vec<RenderedImage> = run.sessions.iter_mut().map(Session::image).collect::<Result<_, _>>()?;
     let now: Vec<MeasuredImage> =
-        images.iter().map(|image| MeasuredImage::new(image, &truth.image)).collect();
+        images.iter().map(|image| MeasuredImage::new(image, &reference.image)).collect();
     let exposure = f64::from(plan.settings.exposure);
-    let seen = Seen { now: &now, before: &run.before, truth: &truth.measured, truth_before, exposure };
+    let seen =
+        Seen { now: &now, before: &run.before, reference: &reference.measured, reference_before, exposure };
     for measure in MEASURES {
         let found = (measure.of)(&seen);
         record.set(measure.key, found.map(|found| found.value));
@@ -201,8 +202,8 @@ fn compare(
         // What the session shows overwrites its frame, of which nothing more is read.
         run.shown = Some(Shown {
             image: session.display(image)?,
-            reference: session.display(&truth.image)?,
-            error_map: first.flip_map(&truth.measured, exposure).map(ErrorMap::to_colors),
+            reference: session.display(&reference.image)?,
+            error_map: first.flip_map(&reference.measured, exposure).map(ErrorMap::to_colors),
         });
     }
     run.before = now;

@@ -1,4 +1,4 @@
-//! The truth of each frame: many frames of `progressive` at that frame's pose, rendered once and kept on disk.
+//! The reference of each frame: many frames of `progressive` at that frame's pose, rendered once and kept on disk.
 //!
 //! Its light paths and radii are its own, whatever those of the cells, so that all cells of a view share it: radii start as
 //! the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256 frames. Cells whose radius is
@@ -187,9 +187,9 @@ impl<'a> References<'a> {
         let known = channels.attributes.get("identity").is_some_and(|found| *found == digest(identity));
         anyhow::ensure!(size == expected && known, "{} is another's reference", path.display());
         let layer = |name: &str| -> anyhow::Result<Vec<Vec3>> {
-            let lanes = channels.layer(name);
-            let lanes = lanes.with_context(|| format!("{} has no layer {name}", path.display()))?;
-            let values = (0..size.0 * size.1).flat_map(|pixel| lanes.map(|lane| lane[pixel]));
+            let rgb = channels.layer(name);
+            let rgb = rgb.with_context(|| format!("{} has no layer {name}", path.display()))?;
+            let values = (0..size.0 * size.1).flat_map(|pixel| rgb.map(|channel| channel[pixel]));
             let values: Vec<f32> = values.collect();
             anyhow::ensure!(values.iter().all(|value| value.is_finite()), "{} is damaged", path.display());
             Ok(pod_collect_to_vec(&values))

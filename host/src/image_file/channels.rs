@@ -32,8 +32,8 @@ impl Channels {
     /// The name of the beauty layer is empty.
     pub fn layer(&self, name: &str) -> Option<[&[f32]; 3]> {
         let prefix = if name.is_empty() { String::new() } else { format!("{name}.") };
-        let lanes = ["R", "G", "B"].map(|lane| self.channels.get(&format!("{prefix}{lane}")));
-        if let [Some(r), Some(g), Some(b)] = lanes {
+        let rgb = ["R", "G", "B"].map(|channel| self.channels.get(&format!("{prefix}{channel}")));
+        if let [Some(r), Some(g), Some(b)] = rgb {
             return Some([r, g, b]);
         }
         self.channels.get(if name.is_empty() { "Y" } else { name }).map(|grey| [grey.as_slice(); 3])

@@ -20,13 +20,13 @@ pub fn decode(bytes: &[u8]) -> Result<Channels, String> {
     let (width, height) = reader().into_dimensions().map_err(wrong)?;
     check_samples(3 * u128::from(width) * u128::from(height), SAMPLE_BYTES)?;
     let image = reader().decode().map_err(wrong)?.into_rgb32f();
-    let lane = |lane: usize| image.pixels().map(|pixel| pixel.0[lane]).collect();
+    let channel = |channel: usize| image.pixels().map(|pixel| pixel.0[channel]).collect();
     Ok(Channels {
         width: image.width() as usize,
         height: image.height() as usize,
         channels: ["R", "G", "B"]
             .into_iter()
-            .zip([lane(0), lane(1), lane(2)])
+            .zip([channel(0), channel(1), channel(2)])
             .map(|(n, v)| (n.into(), v))
             .collect(),
         encoding: Encoding::Srgb,

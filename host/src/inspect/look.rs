@@ -113,7 +113,7 @@ impl Session {
             skipped: all - traced,
             flux,
             radiance,
-            some: some.iter().map(|found| taker.told(found)).collect(),
+            some: some.iter().map(|found| taker.describe(found)).collect(),
         };
         Ok((photons, light_paths))
     }

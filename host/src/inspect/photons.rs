@@ -97,7 +97,7 @@ impl Taker<'_> {
     }
 
     /// A photon, told.
-    pub fn told(&self, found: &Found) -> Photon {
+    pub fn describe(&self, found: &Found) -> Photon {
         Photon {
             path: found.path,
             position: self.view.file_position(found.geometry.position),

@@ -60,7 +60,7 @@ struct Seen {
 impl Seen {
     fn new(image: &Pixels) -> Seen {
         let opponent: Vec<_> = image.values.par_iter().map(|&value| color::to_opponent(value)).collect();
-        let plane = |lane: usize| opponent.par_iter().map(|value| value[lane]).collect();
+        let plane = |channel: usize| opponent.par_iter().map(|value| value[channel]).collect();
         Seen { width: image.width, planes: [plane(0), plane(1), plane(2)] }
     }
 

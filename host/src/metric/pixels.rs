@@ -49,10 +49,10 @@ impl Pixels {
     /// A layer (see [`Channels::layer`]) within a region, which must be within the image; display colours are
     /// decoded to display-linear ones. `None` if the image has no such layer.
     pub fn from_layer(image: &Channels, layer: &str, region: Region) -> Option<Pixels> {
-        let lanes = image.layer(layer)?;
+        let rgb = image.layer(layer)?;
         let rows = region.y..region.y + region.height;
         let index = |row| (row * image.width + region.x..).take(region.width);
-        let color = |pixel: usize| Vec3::from_array(lanes.map(|lane| lane[pixel])).as_dvec3();
+        let color = |pixel: usize| Vec3::from_array(rgb.map(|channel| channel[pixel])).as_dvec3();
         let mut values: Vec<DVec3> = rows.flat_map(index).map(color).collect();
         if image.encoding == Encoding::Srgb {
             values.iter_mut().for_each(|value| *value = color::from_srgb(*value));

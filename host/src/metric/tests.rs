@@ -47,9 +47,9 @@ impl Noise {
 
     /// Another draw of an image with independent noise of a relative deviation, and its variance.
     fn sample(&mut self, expected: &Pixels, deviation: f64) -> Estimate {
-        let mut lane = |value: f64| value + deviation * value * self.normal();
+        let mut noisy = |value: f64| value + deviation * value * self.normal();
         let mean = pixels(expected.width, expected.height, |i| {
-            DVec3::from_array(expected.values[i].to_array().map(&mut lane))
+            DVec3::from_array(expected.values[i].to_array().map(&mut noisy))
         });
         Estimate {
             mean,
@@ -164,30 +164,30 @@ fn energy_knows_its_standard_error() {
     let tries = 400;
     for runs in [1, 8] {
         let mut squares = 0.0;
-        let mut told = 0.0;
+        let mut estimated = 0.0;
         for _ in 0..tries {
             let images: Vec<_> = (0..runs).map(|_| noise.sample(&expected, 0.2)).collect();
             let energy = energy(&images, &reference);
             squares += (energy.ratio - 1.0).powi(2);
-            told += energy.standard_error.unwrap().powi(2);
+            estimated += energy.standard_error.unwrap().powi(2);
         }
-        let ratio = told / squares;
-        println!("{runs} runs: the told variance is {ratio:.3} of the true one");
+        let ratio = estimated / squares;
+        println!("{runs} runs: the estimated variance is {ratio:.3} of the true one");
         // A variance of 400 tries is known to 7 %. From a variance layer, channels count as correlated: these are not,
         // and (1 + 2 + 0.5)^2 / (1 + 4 + 0.25) = 2.33 is the price.
-        let truth = if runs == 1 { 12.25 / 5.25 } else { 1.0 };
-        assert!((ratio / truth - 1.0).abs() < 0.28, "{ratio}");
+        let exact = if runs == 1 { 12.25 / 5.25 } else { 1.0 };
+        assert!((ratio / exact - 1.0).abs() < 0.28, "{ratio}");
     }
 }
 
 #[test]
 fn squared_errors_split_into_bias_and_variance() {
-    let truth = pixels(64, 64, |_| DVec3::ONE);
-    let biased = truth.map(|value| value * 1.1);
+    let exact = pixels(64, 64, |_| DVec3::ONE);
+    let biased = exact.map(|value| value * 1.1);
     let (deviation, deviation_reference) = (0.3, 0.05);
     for runs in [1, 2, 16] {
         let mut noise = Noise(10 + runs as u64);
-        let reference = noise.sample(&truth, deviation_reference);
+        let reference = noise.sample(&exact, deviation_reference);
         let mut images: Vec<_> = (0..runs).map(|_| noise.sample(&biased, deviation)).collect();
         if runs > 1 {
             images = without_variance(images);
@@ -207,7 +207,7 @@ fn squared_errors_split_into_bias_and_variance() {
         assert!((found.variance - 0.1089).abs() < 4.0 * error, "{found:?}");
         assert!(close(found.reference_variance, 0.0025), "{found:?}");
     }
-    let silent = without_variance(vec![Estimate { mean: truth.clone(), ..Estimate::default() }]);
+    let silent = without_variance(vec![Estimate { mean: exact.clone(), ..Estimate::default() }]);
     assert_eq!(split(&silent, &silent[0], |_| DVec3::ONE), None);
 }
 

@@ -144,11 +144,11 @@ pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue>
     let mut largest: f64 = 0.0;
     let mut squares = [0.0; 3];
     let mut counts = [0_usize; 3];
-    for (lane, z) in blocks.iter().flat_map(|block| block.iter().enumerate()) {
+    for (channel, z) in blocks.iter().flat_map(|block| block.iter().enumerate()) {
         if let Some(z) = z {
             largest = largest.max(z.abs());
-            squares[lane] += z * z;
-            counts[lane] += 1;
+            squares[channel] += z * z;
+            counts[channel] += 1;
         }
     }
     let tested: usize = counts.iter().sum();
@@ -158,8 +158,8 @@ pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue>
     // Each of the three may happen in any channel or block: Bonferroni, which needs no independence.
     let tail = |z: f64| 2.0 * normal().sf(z.abs());
     let chi = (0..3)
-        .filter(|&lane| counts[lane] > 0)
-        .map(|lane| ChiSquared::new(counts[lane] as f64).map_or(1.0, |chi| chi.sf(squares[lane])));
+        .filter(|&channel| counts[channel] > 0)
+        .map(|channel| ChiSquared::new(counts[channel] as f64).map_or(1.0, |chi| chi.sf(squares[channel])));
     let p_values = [3.0 * tail(z_image), tested as f64 * tail(largest), 3.0 * chi.fold(1.0, f64::min)];
     Ok(ZTest {
         blocks: blocks.iter().filter(|block| block.iter().any(Option::is_some)).count(),
@@ -201,16 +201,16 @@ impl Compared {
     /// Standard normal numbers of the differences, where there is noise or a difference; `part` of the noise's variance
     /// is the image's.
     fn z(&self, part: DVec3) -> [Option<f64>; 3] {
-        [0, 1, 2].map(|lane| {
-            let (image, reference) = (self.image.mean[lane], self.reference[lane]);
+        [0, 1, 2].map(|channel| {
+            let (image, reference) = (self.image.mean[channel], self.reference[channel]);
             let rounding = ROUNDING * image.abs().max(reference.abs());
-            let noise = self.image.variance[lane] + self.reference_variance[lane];
+            let noise = self.image.variance[channel] + self.reference_variance[channel];
             if noise == 0.0 && (image - reference).abs() <= rounding {
                 return None;
             }
             let t = (image - reference) / (noise + rounding * rounding).sqrt();
             // Welch and Satterthwaite: only the image's variance is uncertain.
-            Some(normal_of_t(t, self.image.freedom[lane] / part[lane].powi(2)))
+            Some(normal_of_t(t, self.image.freedom[channel] / part[channel].powi(2)))
         })
     }
 }

@@ -39,8 +39,8 @@ pub fn encode(
     let colors =
         [("", &beauty[..]), ("caustics.", &image.caustics), ("path.", split), ("variance.", &variance)];
     for (layer, values) in colors {
-        for (lane, name) in ["R", "G", "B"].iter().enumerate() {
-            number(&format!("{layer}{name}"), values.iter().map(|value| value[lane]).collect());
+        for (channel, name) in ["R", "G", "B"].iter().enumerate() {
+            number(&format!("{layer}{name}"), values.iter().map(|value| value[channel]).collect());
         }
     }
     number("points.radius", image.radius.clone());

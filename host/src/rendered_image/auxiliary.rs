@@ -118,10 +118,10 @@ impl Auxiliary {
             (Aov::Motion, &["X", "Y"], bytemuck::cast_slice(&self.motion)),
             (Aov::Material, &["V"], &self.material),
         ];
-        let of_layer = |(layer, lanes, values): (Aov, &'static [&str], &[f32])| {
+        let of_layer = |(layer, channels, values): (Aov, &'static [&str], &[f32])| {
             let values = values.to_vec();
-            lanes.iter().enumerate().map(move |(lane, name)| {
-                let own = values.iter().skip(lane).step_by(lanes.len()).copied().collect();
+            channels.iter().enumerate().map(move |(channel, name)| {
+                let own = values.iter().skip(channel).step_by(channels.len()).copied().collect();
                 (format!("{}.{name}", layer.name()), own)
             })
         };

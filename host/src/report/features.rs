@@ -53,19 +53,19 @@ pub fn features(scenes: &[Scene], names: &Names) -> Option<Table> {
 pub fn inline(table: &Table) -> Markup {
     let column = |key: &str| table.columns.iter().position(|column| column.key == key);
     let rows = table.rows();
-    let mut said: Vec<(&String, &String)> = match (column("scene"), column("not_needed")) {
+    let mut notes: Vec<(&String, &String)> = match (column("scene"), column("not_needed")) {
         (Some(scene), Some(names)) => rows[1..].iter().map(|row| (&row[scene], &row[names])).collect(),
         _ => vec![],
     };
     // Every row has a scene, but not every scene is at hand.
-    said.retain(|(_, names)| !names.is_empty());
-    said.dedup();
+    notes.retain(|(_, names)| !names.is_empty());
+    notes.dedup();
     let mut short = table.clone();
     short.columns.retain(|column| column.key != "not_needed");
     html! {
         p .note { "The same frame with the code that the scene needs alone, and with all code compiled in." }
         (short.inline())
-        @for (scene, names) in said { p .note { b { (scene) } " does without " (names) "." } }
+        @for (scene, names) in notes { p .note { b { (scene) } " does without " (names) "." } }
     }
 }
 

@@ -41,8 +41,8 @@ impl Series {
         let of = |wanted: fn(&Shown) -> bool| {
             let axes = AXES.into_iter().filter(move |axis| wanted(&axis.shown));
             // A method is said, and of the rest what adds something to it.
-            let said = axes.filter(|axis| **axis == METHOD || cell.text(axis) != axis.neutral);
-            let texts = said.map(|axis| cell.text(axis)).filter(|name| says(name));
+            let named = axes.filter(|axis| **axis == METHOD || cell.text(axis) != axis.neutral);
+            let texts = named.map(|axis| cell.text(axis)).filter(|name| is_informative(name));
             texts.collect::<Vec<_>>().join(" + ")
         };
         Series {
@@ -56,14 +56,14 @@ impl Series {
         [&self.kind, &self.gather]
             .map(String::as_str)
             .into_iter()
-            .filter(|name| says(name))
+            .filter(|name| is_informative(name))
             .collect::<Vec<_>>()
             .join(" · ")
     }
 }
 
-/// Whether a name tells more than that there is nothing.
-fn says(name: &str) -> bool {
+/// Whether a name stands for something.
+fn is_informative(name: &str) -> bool {
     !name.is_empty() && name != "none"
 }
 

@@ -104,7 +104,7 @@ fn ratio(kind: &Kind, base: &Kind, of: &dyn Fn(&Measured) -> Option<f64>) -> Opt
     (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
 }
 
-/// Which kind is fastest and which comes nearest to the truth, of those that all scenes of the most common one have.
+/// Which kind is fastest and which comes nearest to the reference, of those that all scenes of the most common one have.
 fn sentence(kinds: &[&Kind], base: &Kind, scenes: usize) -> String {
     let best = |of: &dyn Fn(&Measured) -> Option<f64>| {
         let everywhere = kinds.iter().filter(|kind| shared(kind, base) == base.cells.len());

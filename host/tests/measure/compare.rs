@@ -34,11 +34,11 @@ impl Desk {
         let (width, height) = self.size;
         let mut channels = SmallVec::<[_; 4]>::new();
         for (layer, at) in layers {
-            for (lane, letter) in ["R", "G", "B"].iter().enumerate() {
+            for (index, letter) in ["R", "G", "B"].iter().enumerate() {
                 let channel =
                     if layer.is_empty() { (*letter).to_string() } else { format!("{layer}.{letter}") };
                 let values =
-                    (0..width * height).map(|pixel| at(pixel % width, pixel / width)[lane]).collect();
+                    (0..width * height).map(|pixel| at(pixel % width, pixel / width)[index]).collect();
                 channels.push(AnyChannel::new(channel.as_str(), FlatSamples::F32(values)));
             }
         }

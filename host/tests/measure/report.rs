@@ -226,8 +226,8 @@ fn parts_hold_the_data_they_are_about() {
         let [scene, all]: [f64; 2] = [&row["scene_ms"], &row["all_ms"]].map(|value| value.parse().unwrap());
         assert!((row["saved_percent"].parse::<f64>().unwrap() - 100.0 * (1.0 - scene / all)).abs() < 1e-9);
     }
-    let said = text_of(&page, "#features .note");
-    assert!(said.contains("mirror-room does without ") && said.contains("metal"), "{said}");
+    let note = text_of(&page, "#features .note");
+    assert!(note.contains("mirror-room does without ") && note.contains("metal"), "{note}");
     let ratios = rows(&desk.path("report_files/mirror-room-ratios.csv"));
     assert!(ratios.iter().any(|row| row["cell"].starts_with("kim2019") && row["time_ratio"] == "1"));
     let provenance = text_of(&page, "#provenance");

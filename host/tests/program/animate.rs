@@ -373,8 +373,8 @@ fn pngs_are_those_of_the_frames_whenever_they_are_written() {
         at_once.animate("animated-light", &[options, &["--png"]].concat());
         assert_eq!(at_once.names(), ["00.exr", "00.png", "01.exr", "01.png"]);
         later.animate("animated-light", options);
-        let said = later.animate("animated-light", &[options, &["--png"]].concat());
-        assert!(said.contains("nothing to render"));
+        let messages = later.animate("animated-light", &[options, &["--png"]].concat());
+        assert!(messages.contains("nothing to render"));
         assert_same(&later, &at_once);
         // Their exposure is that of the first frame, also where that one is missing.
         later.remove(&["00.exr", "00.png", "01.png"]);

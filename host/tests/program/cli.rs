@@ -219,14 +219,14 @@ fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
         ["path.R", "photons.count", "points.depth", "points.radius"],
     ];
     assert_eq!(names, expected.concat());
-    for lane in ["R", "G", "B"] {
+    for channel in ["R", "G", "B"] {
         let (path, caustics) =
-            (&image.channels[&format!("path.{lane}")], &image.channels[&format!("caustics.{lane}")]);
+            (&image.channels[&format!("path.{channel}")], &image.channels[&format!("caustics.{channel}")]);
         let sum: Vec<f32> = path.iter().zip(caustics).map(|(path, caustic)| path + caustic).collect();
-        assert_eq!(image.channels[lane], sum);
+        assert_eq!(image.channels[channel], sum);
         assert!(path.iter().chain(caustics).all(|value| value.is_finite() && *value >= 0.0));
-        assert!(image.sum(&format!("path.{lane}")) > 0.0);
-        assert!(image.sum(&format!("caustics.{lane}")) > 0.0);
+        assert!(image.sum(&format!("path.{channel}")) > 0.0);
+        assert!(image.sum(&format!("caustics.{channel}")) > 0.0);
     }
     // Points have a radius exactly where they have a depth, and photons only there.
     for ((radius, depth), photons) in image.channels["points.radius"]
@@ -347,7 +347,7 @@ fn caustics_of_the_mirror_room_are_seen_in_the_mirror() {
     let (mut inside, mut all) = (0.0, 0.0);
     for (pixel, &mirror) in region.iter().enumerate() {
         let energy: f64 = ["R", "G", "B"]
-            .map(|lane| f64::from(image.channels[&format!("caustics.{lane}")][pixel]))
+            .map(|channel| f64::from(image.channels[&format!("caustics.{channel}")][pixel]))
             .iter()
             .sum();
         all += energy;

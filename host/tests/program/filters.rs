@@ -129,20 +129,25 @@ fn sigmas([a, error_a]: [f64; 2], [b, error_b]: [f64; 2]) -> f64 {
 fn means_of_frames_show_a_normal_mapped_mirror_as_the_reference_does() {
     let folder = mirror();
     let folder = folder.path();
-    let truth = means(folder, &["--method", "path", "--frames", "64"], 100);
+    let reference = means(folder, &["--method", "path", "--frames", "64"], 100);
     for method in ["basic", "progressive", "kim2019"] {
         let found = means(folder, &["--method", method, "--frames", "32"], 0);
-        for (region, (found, truth)) in ["middle", "all"].into_iter().zip(found.into_iter().zip(truth)) {
-            let [ratio, sigmas] = [found[0] / truth[0], sigmas(found, truth)];
+        for (region, (found, reference)) in
+            ["middle", "all"].into_iter().zip(found.into_iter().zip(reference))
+        {
+            let [ratio, sigmas] = [found[0] / reference[0], sigmas(found, reference)];
             println!("{method}, {region}: {ratio:.4}, {sigmas:.1} standard errors");
-            assert!(sigmas < 4.0, "{method}, {region}: {found:?}, reference {truth:?}");
-            assert!(truth[1].hypot(found[1]) < 0.01 * truth[0], "the test is blunt: {found:?} {truth:?}");
+            assert!(sigmas < 4.0, "{method}, {region}: {found:?}, reference {reference:?}");
+            assert!(
+                reference[1].hypot(found[1]) < 0.01 * reference[0],
+                "the test is blunt: {found:?} {reference:?}"
+            );
         }
     }
     // Averaged normals would show it much brighter: this test can fail.
     let wrong = means(folder, &["--method", "basic", "--frames", "32", "--texture-filter", "cone"], 0);
-    println!("cone: middle {:.4}, all {:.4}", wrong[0][0] / truth[0][0], wrong[1][0] / truth[1][0]);
-    assert!(sigmas(wrong[0], truth[0]) > 10.0, "{wrong:?}, reference {truth:?}");
+    println!("cone: middle {:.4}, all {:.4}", wrong[0][0] / reference[0][0], wrong[1][0] / reference[1][0]);
+    assert!(sigmas(wrong[0], reference[0]) > 10.0, "{wrong:?}, reference {reference:?}");
 }
 
 #[test]

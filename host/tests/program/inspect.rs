@@ -25,23 +25,26 @@ fn a_pixel_is_told_as_a_table_and_as_json() {
         let run = |more: &[&str]| inspect(&[&options[..], &["--frame", frame], more].concat());
         let (code, json, stderr) = run(&["--json"]);
         assert_eq!(code, 0, "{stderr}");
-        let told: Value = serde_json::from_str(&json).unwrap();
-        let photons = &told["photons"];
+        let inspection: Value = serde_json::from_str(&json).unwrap();
+        let photons = &inspection["photons"];
         assert_eq!(
-            (&told["pixel"], &told["frame"]),
+            (&inspection["pixel"], &inspection["frame"]),
             (&json!([24, 22]), &json!(frame.parse::<u32>().unwrap()))
         );
         // Also of the first frame, whose emission learns halfway.
         assert_eq!((&photons["count"], &photons["skipped"]), (&photons["gathered"], &json!(0)));
         assert!(photons["count"].as_u64().unwrap() > 0, "{photons}");
-        assert_eq!(told["light_paths"].as_array().unwrap().len(), photons["some"].as_array().unwrap().len());
+        assert_eq!(
+            inspection["light_paths"].as_array().unwrap().len(),
+            photons["some"].as_array().unwrap().len()
+        );
 
         let (_, table, _) = run(&[]);
         let count = &photons["count"];
         assert!(table.contains(&format!("\ndeposits: {count} of 20000 light paths, ")), "{table}");
         assert!(table.contains("collection point: lambert"), "{table}");
         let paths = table.lines().filter(|line| line.starts_with("light path ")).count();
-        assert_eq!(paths, told["light_paths"].as_array().unwrap().len());
+        assert_eq!(paths, inspection["light_paths"].as_array().unwrap().len());
     }
 }
 

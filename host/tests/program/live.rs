@@ -141,8 +141,8 @@ fn tev_is_sent_the_picture_while_it_converges() {
     assert_eq!(images.len(), 4);
     assert!(images[0] != images[1] && images[1] != images[2] && images[2] == images[3]);
     let file = Channels::read(&desk.path().join("a.exr")).unwrap();
-    for (lane, name) in ["R", "G", "B"].into_iter().enumerate() {
-        assert!(images[3].iter().skip(lane).step_by(3).eq(&file.channels[name]), "{name}");
+    for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
+        assert!(images[3].iter().skip(channel).step_by(3).eq(&file.channels[name]), "{name}");
     }
 }
 

@@ -408,10 +408,10 @@ fn a_checkpoint_that_cannot_be_written_does_not_end_the_run() {
     let (mut child, lines) = start(folder.path(), &[&options[..], &TINY].concat());
     // No file goes where a folder is.
     std::fs::create_dir(folder.path().join("a.exr.checkpoint")).unwrap();
-    let said: Vec<String> = lines.collect();
-    let warnings = said.iter().filter(|line| line.contains("a checkpoint is not written"));
-    assert_eq!(warnings.count(), 1, "{said:?}");
-    assert_eq!(child.wait().unwrap().code(), Some(0), "{said:?}");
+    let messages: Vec<String> = lines.collect();
+    let warnings = messages.iter().filter(|line| line.contains("a checkpoint is not written"));
+    assert_eq!(warnings.count(), 1, "{messages:?}");
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{messages:?}");
     assert!(channels(folder.path(), "a.exr").channels["samples.count"][0] > 2.0);
 }
 

@@ -17,38 +17,43 @@ impl Check<'_> {
         let schema = schema.as_object().expect("a schema is an object");
         let none = json!({});
         let properties = schema.get("properties").unwrap_or(&none);
-        for (keyword, says) in schema {
+        for (keyword, constraint) in schema {
             match keyword.as_str() {
                 "$schema" | "title" | "description" | "$defs" | "properties" => {}
                 "$ref" => {
-                    let pointer =
-                        says.as_str().and_then(|says| says.strip_prefix('#')).expect("a place in the schema");
+                    let pointer = constraint
+                        .as_str()
+                        .and_then(|constraint| constraint.strip_prefix('#'))
+                        .expect("a place in the schema");
                     let schema =
                         self.root.pointer(pointer).unwrap_or_else(|| panic!("there is no {pointer}"));
                     self.value(schema, value, at);
                 }
                 "type" => {
-                    let fits = match says {
+                    let fits = match constraint {
                         Value::Array(types) => types.iter().any(|one| is_of_type(value, one)),
                         one => is_of_type(value, one),
                     };
-                    self.demand(fits, at, &format!("{value} is no {says}"));
+                    self.demand(fits, at, &format!("{value} is no {constraint}"));
                 }
                 "enum" => {
-                    let fits = says.as_array().expect("values").contains(value);
-                    self.demand(fits, at, &format!("{value} is none of {says}"));
+                    let fits = constraint.as_array().expect("values").contains(value);
+                    self.demand(fits, at, &format!("{value} is none of {constraint}"));
                 }
                 "minimum" => {
-                    let fits = value.as_f64().is_none_or(|value| value >= says.as_f64().expect("a number"));
-                    self.demand(fits, at, &format!("{value} is below {says}"));
+                    let fits =
+                        value.as_f64().is_none_or(|value| value >= constraint.as_f64().expect("a number"));
+                    self.demand(fits, at, &format!("{value} is below {constraint}"));
                 }
                 "items" => {
                     for (index, item) in value.as_array().into_iter().flatten().enumerate() {
-                        self.value(says, item, &format!("{at}/{index}"));
+                        self.value(constraint, item, &format!("{at}/{index}"));
                     }
                 }
                 "required" => {
-                    for key in says.as_array().expect("keys").iter().map(|key| key.as_str().expect("a key")) {
+                    for key in
+                        constraint.as_array().expect("keys").iter().map(|key| key.as_str().expect("a key"))
+                    {
                         let fits = value.as_object().is_none_or(|object| object.contains_key(key));
                         self.demand(fits, at, &format!("{key} is missing"));
                     }
@@ -56,7 +61,7 @@ impl Check<'_> {
                 "additionalProperties" => {
                     let others = value.as_object().into_iter().flatten();
                     for (key, other) in others.filter(|(key, _)| properties.get(key).is_none()) {
-                        match says {
+                        match constraint {
                             Value::Bool(false) => self.demand(false, at, &format!("{key} is not known")),
                             schema => self.value(schema, other, &format!("{at}/{key}")),
                         }

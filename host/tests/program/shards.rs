@@ -118,14 +118,14 @@ fn shards_of_an_animation_are_its_frames() {
     runs(folder.path(), &frames("whole/##.exr"));
     let parts = frames("parts/##.exr");
     run_three_of_four(folder.path(), &|number| shard_arguments(&parts, number), "parts/22.exr");
-    let said = run_shard(folder.path(), &parts, 3);
-    assert!(!said.contains("warning"), "{said}");
-    let said = runs(folder.path(), &parts);
-    assert!(said.contains("all 40 frames are there"), "{said}");
+    let messages = run_shard(folder.path(), &parts, 3);
+    assert!(!messages.contains("warning"), "{messages}");
+    let messages = runs(folder.path(), &parts);
+    assert!(messages.contains("all 40 frames are there"), "{messages}");
     assert!(files(&folder.path().join("parts")) == files(&folder.path().join("whole")));
     // PNGs have the exposure of the first frame, whoever renders it.
-    let said = run_shard(folder.path(), &[&parts[..], &["--png"]].concat(), 2);
-    assert!(said.contains("the same command without --shard"), "{said}");
+    let messages = run_shard(folder.path(), &[&parts[..], &["--png"]].concat(), 2);
+    assert!(messages.contains("the same command without --shard"), "{messages}");
     assert!(!folder.path().join("parts/12.png").exists());
 }
 
@@ -133,20 +133,20 @@ fn shards_of_an_animation_are_its_frames() {
 fn shards_that_lend_from_frame_to_frame_are_runs_of_their_own() {
     let folder = tempfile::tempdir().unwrap();
     let frames = [&["animate", "moving-caster", "-o", "f/#.exr", "--frames", "0..4"], &TINY[..]].concat();
-    let said = run_shard(folder.path(), &frames, 2);
+    let messages = run_shard(folder.path(), &frames, 2);
     for option in
         ["--history validated", "--path-history validated", "--emission guided", "--light-paths auto"]
     {
-        assert!(said.contains(option), "{said}");
+        assert!(messages.contains(option), "{messages}");
     }
-    assert!(said.contains("is a run of its own from frame 1 on"), "{said}");
+    assert!(messages.contains("is a run of its own from frame 1 on"), "{messages}");
     refuses(folder.path(), &frames, &["first_frame", "\"1\", not \"0\""]);
     // Two at once have a state each, and go on by it.
     run_shard(folder.path(), &frames, 1);
     assert!(run_shard(folder.path(), &frames, 2).contains("all 1 frames are there"));
     let mean = [&["render", "mirror-room", "-o", "a.exr", "--frames", "8"], &TINY[..]].concat();
-    let said = run_shard(folder.path(), &mean, 2);
-    assert!(said.contains("--emission guided and --light-paths auto reuse earlier frames"), "{said}");
+    let messages = run_shard(folder.path(), &mean, 2);
+    assert!(messages.contains("--emission guided and --light-paths auto reuse earlier frames"), "{messages}");
 }
 
 #[test]
@@ -172,21 +172,21 @@ fn shards_of_a_reference_merge_to_it() {
         let arguments = merge(names);
         run(folder.path(), &arguments.iter().map(String::as_str).collect::<Vec<_>>())
     };
-    let (code, said) = merges(&[&sums[0], &sums[2], &sums[3]]);
-    assert!(code == Some(2) && said.contains("shards 2,3 of 4 are missing or not done"), "{said}");
+    let (code, messages) = merges(&[&sums[0], &sums[2], &sums[3]]);
+    assert!(code == Some(2) && messages.contains("shards 2,3 of 4 are missing or not done"), "{messages}");
     refuses(folder.path(), &[&parts[..], &["--shard", "3/4", "--seed", "1"]].concat(), &[third, "seed"]);
     run_shard(folder.path(), &parts, 3);
-    let (code, said) = merges(&[&sums[0], &sums[1], &sums[1], &sums[3]]);
-    assert!(code == Some(2) && said.contains("are both shard 2/4"), "{said}");
+    let (code, messages) = merges(&[&sums[0], &sums[1], &sums[1], &sums[3]]);
+    assert!(code == Some(2) && messages.contains("are both shard 2/4"), "{messages}");
     // In any order.
-    let (code, said) = merges(&[&sums[3], &sums[1], &sums[0], &sums[2]]);
-    assert!(code == Some(0) && said.contains("the mean of 401 frames from 4 shards"), "{said}");
+    let (code, messages) = merges(&[&sums[3], &sums[1], &sums[0], &sums[2]]);
+    assert!(code == Some(0) && messages.contains("the mean of 401 frames from 4 shards"), "{messages}");
     let [whole, merged] =
         ["whole.exr", "part.exr"].map(|name| Channels::read(&folder.path().join(name)).unwrap());
     assert_one(&whole, &merged);
     // What is there is not rendered again.
-    let said = run_shard(folder.path(), &parts, 1);
-    assert!(said.contains("0 frames rendered"), "{said}");
+    let messages = run_shard(folder.path(), &parts, 1);
+    assert!(messages.contains("0 frames rendered"), "{messages}");
 
     refuses(folder.path(), &["merge", "-o", "x.exr", &sums[0], "whole.exr"], &["alone"]);
     for (options, word) in [

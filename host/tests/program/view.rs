@@ -21,7 +21,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 struct Program {
     child: Child,
     port: u16,
-    said: Arc<Mutex<String>>,
+    stderr: Arc<Mutex<String>>,
 }
 
 impl Drop for Program {
@@ -48,29 +48,29 @@ impl Program {
             .spawn()
             .unwrap();
         let mut lines = BufReader::new(child.stderr.take().unwrap());
-        let mut said = String::new();
+        let mut stderr = String::new();
         let port = loop {
-            let from = said.len();
-            assert!(lines.read_line(&mut said).unwrap() > 0, "no address in {said:?}");
-            let port = said[from..].split("127.0.0.1:").nth(1).and_then(|rest| rest.split('/').next());
+            let from = stderr.len();
+            assert!(lines.read_line(&mut stderr).unwrap() > 0, "no address in {stderr:?}");
+            let port = stderr[from..].split("127.0.0.1:").nth(1).and_then(|rest| rest.split('/').next());
             if let Some(port) = port {
                 break port.parse().unwrap();
             }
         };
         // Whatever it says later must find a reader.
-        let said = Arc::new(Mutex::new(said));
-        let more = Arc::clone(&said);
+        let stderr = Arc::new(Mutex::new(stderr));
+        let more = Arc::clone(&stderr);
         std::thread::spawn(move || {
             for line in lines.lines().map_while(Result::ok) {
                 *more.lock().unwrap() += &(line + "\n");
             }
         });
-        Program { child, port, said }
+        Program { child, port, stderr }
     }
 
-    /// What it has said on stderr.
-    fn said(&self) -> String {
-        self.said.lock().unwrap().clone()
+    /// Its output on stderr so far.
+    fn stderr(&self) -> String {
+        self.stderr.lock().unwrap().clone()
     }
 
     fn stream(&self) -> TcpStream {
@@ -120,7 +120,7 @@ impl Program {
 struct Page(WebSocket<TcpStream>);
 
 impl Page {
-    fn say(&mut self, word: &Value) {
+    fn send(&mut self, word: &Value) {
         self.0.send(Message::text(word.to_string())).unwrap();
     }
 
@@ -131,7 +131,7 @@ impl Page {
             match self.0.read().unwrap() {
                 Message::Binary(bytes) => {
                     let head = head(&bytes);
-                    self.say(&json!({ "do": "shown", "serial": head["serial"] }));
+                    self.send(&json!({ "do": "shown", "serial": head["serial"] }));
                 }
                 Message::Text(text) => {
                     if let Some(found) = find(&serde_json::from_str(&text).unwrap()) {
@@ -149,7 +149,7 @@ impl Page {
         loop {
             if let Message::Binary(bytes) = self.0.read().unwrap() {
                 let head = head(&bytes);
-                self.say(&json!({ "do": "shown", "serial": head["serial"] }));
+                self.send(&json!({ "do": "shown", "serial": head["serial"] }));
                 let start = 4 + u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
                 return (head, bytes[start..].to_vec());
             }
@@ -219,8 +219,8 @@ fn nobody_comes_without_the_token_or_from_another_page() {
 #[test]
 fn pages_that_misbehave_are_answered_and_the_others_go_on() {
     let program = Program::start();
-    let mut wheel = program.own_page();
-    assert!(wheel.until(|word| (word["is"] == "wheel").then(|| word["steers"] == true)));
+    let mut controller = program.own_page();
+    assert!(controller.until(|word| (word["is"] == "wheel").then(|| word["steers"] == true)));
 
     for (wrong, what) in [
         ("", "no message"),
@@ -239,22 +239,22 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
         (r#"{"do":"rate","fps":-1}"#, "frames a second"),
         (r#"{"do":"exposure","stops":"bright"}"#, "stops"),
     ] {
-        wheel.0.send(Message::text(wrong)).unwrap();
-        let error = wheel.error();
+        controller.0.send(Message::text(wrong)).unwrap();
+        let error = controller.error();
         assert!(error.contains(what), "{wrong}: {error}");
     }
     // A camera that looks at where it is cannot be shown; the next can.
-    wheel.say(&json!({ "do": "look", "from": [0, 1, 0], "look_at": [0, 1, 0], "fov": 40 }));
-    let failure = wheel.until(|word| word["failure"].as_str().map(String::from));
+    controller.send(&json!({ "do": "look", "from": [0, 1, 0], "look_at": [0, 1, 0], "fov": 40 }));
+    let failure = controller.until(|word| word["failure"].as_str().map(String::from));
     assert!(failure.contains("looks at where it is"), "{failure}");
-    wheel.say(&json!({ "do": "camera", "name": "main" }));
-    wheel.until(|word| {
+    controller.send(&json!({ "do": "camera", "name": "main" }));
+    controller.until(|word| {
         (word["is"] == "status" && word["failure"].is_null() && word["moves"] == false).then_some(())
     });
 
     // An onlooker cannot steer, one that is too loud is cut off, and one that never reads does no harm.
     let mut onlooker = program.own_page();
-    onlooker.say(&json!({ "do": "size", "width": 64, "height": 36 }));
+    onlooker.send(&json!({ "do": "size", "width": 64, "height": 36 }));
     assert!(onlooker.error().contains("at the wheel"));
     let long = format!(r#"{{"do":"camera","name":"{}"}}"#, "a".repeat(1 << 20));
     let _ = onlooker.0.send(Message::text(long));
@@ -264,17 +264,17 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
     }
     let _deaf = program.own_page();
 
-    // Of very many wishes the last counts.
+    // Of very many view requests the last counts.
     for step in 1..=3000 {
         let x = 0.0001 * f64::from(step);
-        wheel.say(&json!({ "do": "look", "from": [x, 1.5, 2.0], "look_at": [0, 1, 0], "fov": 40 }));
+        controller.send(&json!({ "do": "look", "from": [x, 1.5, 2.0], "look_at": [0, 1, 0], "fov": 40 }));
     }
-    let from = wheel.until(|word| {
+    let from = controller.until(|word| {
         let is_still = word["is"] == "status" && word["moves"] == false && word["failure"].is_null();
         word["camera"]["from"][0].as_f64().filter(|x| is_still && (x - 0.3).abs() < 1e-6)
     });
     assert!((from - 0.3).abs() < 1e-6);
-    let (head, bytes) = wheel.image();
+    let (head, bytes) = controller.image();
     assert_eq!((head["width"].as_u64(), head["height"].as_u64()), (Some(32), Some(18)));
     assert!(!bytes.is_empty());
 }
@@ -398,7 +398,7 @@ fn idle_connections_without_a_token_keep_no_page_out_and_are_closed() {
         let _ = stream.write_all(format!("GET /?{id} HTTP/1.1\r\nHost: ").as_bytes());
     }
     // The page that is open goes on, and another one comes.
-    first.say(&json!({ "do": "look", "from": [0, 1.5, 2], "look_at": [0, 1, 0], "fov": 40 }));
+    first.send(&json!({ "do": "look", "from": [0, 1.5, 2], "look_at": [0, 1, 0], "fov": 40 }));
     first.until(|word| is_at(word, 2.0));
     let host = format!("127.0.0.1:{}", program.port);
     assert_eq!(program.get(&format!("/?token={TOKEN}"), &[("Host", &host)]).0, 200);
@@ -406,9 +406,9 @@ fn idle_connections_without_a_token_keep_no_page_out_and_are_closed() {
     wait_for("at most 64 stay", || idle.iter().filter(|stream| !is_closed(stream)).count() <= 64);
     idle.drain(..idle.len() - 64);
     wait_for("none stays that says nothing", || idle.iter().all(is_closed));
-    first.say(&json!({ "do": "look", "from": [0, 1.5, 3], "look_at": [0, 1, 0], "fov": 40 }));
+    first.send(&json!({ "do": "look", "from": [0, 1.5, 3], "look_at": [0, 1, 0], "fov": 40 }));
     first.until(|word| is_at(word, 3.0));
-    assert_eq!(program.said().matches("have not shown the token").count(), 1, "{}", program.said());
+    assert_eq!(program.stderr().matches("have not shown the token").count(), 1, "{}", program.stderr());
 }
 
 #[test]
@@ -419,9 +419,9 @@ fn a_page_opens_while_connections_take_all_files_that_may_be_open() {
     shell.current_dir(root).args(["-c", "ulimit -n 48; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_caustics")]);
     let program = Program::serve(&mut shell, "mirror-room");
     let idle: Vec<TcpStream> = (0..100).map(|_| program.stream()).collect();
-    wait_for("it says so", || program.said().contains("cannot be accepted"));
+    wait_for("it says so", || program.stderr().contains("cannot be accepted"));
     program.own_page().image();
-    assert_eq!(program.said().matches("cannot be accepted").count(), 1, "{}", program.said());
+    assert_eq!(program.stderr().matches("cannot be accepted").count(), 1, "{}", program.stderr());
     drop(idle);
 }
 
@@ -460,9 +460,9 @@ fn a_signal_ends_the_program_in_every_state() {
         if let Some(page) = &mut page {
             page.image();
             match state {
-                "moving" => page.say(&json!({ "do": "time", "seconds": 0, "playing": true })),
-                "paused" => page.say(&json!({ "do": "pause", "paused": true })),
-                "records" => page.say(&json!({ "do": "record", "on": true })),
+                "moving" => page.send(&json!({ "do": "time", "seconds": 0, "playing": true })),
+                "paused" => page.send(&json!({ "do": "pause", "paused": true })),
+                "records" => page.send(&json!({ "do": "record", "on": true })),
                 _ => {}
             }
             page.until(|word| match state {
@@ -486,10 +486,10 @@ fn a_signal_ends_the_program_in_every_state() {
 fn a_recording_holds_what_changed_and_is_read_again() {
     let program = Program::start();
     let mut page = program.own_page();
-    page.say(&json!({ "do": "record", "on": true }));
+    page.send(&json!({ "do": "record", "on": true }));
     for step in 0..20 {
         let x = 0.1 * f64::from(step);
-        page.say(&json!({ "do": "look", "from": [x, 1.5, 2], "look_at": [0, 1, 0], "fov": 40 }));
+        page.send(&json!({ "do": "look", "from": [x, 1.5, 2], "look_at": [0, 1, 0], "fov": 40 }));
         page.until(|word| word["camera"]["from"][0].as_f64().filter(|is| (is - x).abs() < 1e-6));
     }
     page.until(|word| (word["is"] == "status" && word["moves"] == false).then_some(()));

@@ -151,7 +151,7 @@ mod tests {
                 b.type_struct([number, array])
             }
         };
-        let truth = b.constant_true(bool_type);
+        let always = b.constant_true(bool_type);
         let value = b.undef(value_type, None);
         let signature = b.type_function(void, []);
         let callee = b.begin_function(void, None, FunctionControl::NONE, signature).expect("a function");
@@ -160,13 +160,13 @@ mod tests {
         if by_phi {
             let (other, merge) = (b.id(), b.id());
             b.selection_merge(merge, SelectionControl::NONE).expect("a merge");
-            b.branch_conditional(truth, other, merge, []).expect("a branch");
+            b.branch_conditional(always, other, merge, []).expect("a branch");
             b.begin_block(Some(other)).expect("a block");
             b.branch(merge).expect("a branch");
             b.begin_block(Some(merge)).expect("a block");
             b.phi(value_type, None, [(value, first), (value, other)]).expect("a phi");
         } else {
-            b.select(value_type, None, truth, value, value).expect("a select");
+            b.select(value_type, None, always, value, value).expect("a select");
         }
         b.ret().expect("an end");
         b.end_function().expect("an end");

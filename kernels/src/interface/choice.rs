@@ -3,10 +3,10 @@
 /// A choice: its values, with their names and what they are.
 macro_rules! choice {
     (
-        $(#[$description:meta])* $choice:ident
-        $($(#[$of_value:meta])* $value:ident $name:literal $says:literal)*
+        $(#[$documentation:meta])* $choice:ident
+        $($(#[$of_value:meta])* $value:ident $name:literal $description:literal)*
     ) => {
-        $(#[$description])*
+        $(#[$documentation])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u32)]
         pub enum $choice {
@@ -28,7 +28,7 @@ macro_rules! choice {
             /// Description, in one line.
             pub fn description(self) -> &'static str {
                 match self {
-                    $($choice::$value => $says,)*
+                    $($choice::$value => $description,)*
                 }
             }
 

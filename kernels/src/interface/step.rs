@@ -1,4 +1,4 @@
-//! Inputs and outputs of the single steps that the twin tests run on every runner.
+//! Inputs and outputs of the single steps that the parity tests run on every runner.
 
 use crate::interface::ray::{Hit, Ray};
 use bytemuck::{Pod, Zeroable};

@@ -257,11 +257,11 @@ impl EmissionMixture for Guided<'_> {
         let ByPower { scene, params, .. } = self.power;
         let (casters, first) = (params.casters.count, self.first(context));
         let Choice { chosen, own, .. } = *choice;
-        // The density of the direction over all maps of the group, and the map that is told what becomes of it: the one that it was
+        // The density of the direction over all maps of the group, and the map that is scored: the one that it was
         // sampled from, else that of a cone that holds it, so that the last map learns of what no cone serves.
         let even = EVENLY / maps_of_group(params) as f32;
         let (mut evenly, mut guided, mut closed_even, mut closed_known) = (0.0, 0.0, 0.0, 0.0);
-        let (mut told, mut told_texel, mut told_size) = (casters, 0, 0.0);
+        let (mut scored, mut scored_texel, mut scored_size) = (casters, 0, 0.0);
         let mut caster = 0;
         while caster <= casters {
             let cone = self.cone(context, caster);
@@ -282,8 +282,8 @@ impl EmissionMixture for Guided<'_> {
                 evenly += uniform / cone.size();
                 guided += known * self.density(map, texel) / cone.size();
                 let is_own = caster == chosen && caster < casters;
-                if is_own || (chosen >= casters && told_size == 0.0) {
-                    (told, told_texel, told_size) = (caster, texel, cone.size());
+                if is_own || (chosen >= casters && scored_size == 0.0) {
+                    (scored, scored_texel, scored_size) = (caster, texel, cone.size());
                 }
             }
             caster += 1;
@@ -295,12 +295,12 @@ impl EmissionMixture for Guided<'_> {
         // A group so dim that its power is none is never sampled from maps, and learns nothing.
         if ratio > 0.0 {
             // The density over that of a uniform start of the map.
-            let over_uniform = ((BY_POWER * emission.pdf + evenly) / ratio + guided) * told_size;
+            let over_uniform = ((BY_POWER * emission.pdf + evenly) / ratio + guided) * scored_size;
             // As if there were one path a pixel, however many there are.
             let paths = over_uniform * params.light_path_count as f32 / params.pixel_count() as f32;
-            score = paths * paths / self.maps[(first + told) as usize].unit;
+            score = paths * paths / self.maps[(first + scored) as usize].unit;
         }
-        EmissionSample { texel: (first + told) * Map::TEXELS + told_texel, score, ..sample }
+        EmissionSample { texel: (first + scored) * Map::TEXELS + scored_texel, score, ..sample }
     }
 }
 

@@ -117,11 +117,11 @@ mod tests {
         for path in 0..count {
             let a = Rng::new(Stream::Camera, 7, path, 3).next4();
             let b = Rng::new(Stream::Light, 7, path, 3).next4();
-            for lane in 0..4 {
-                assert!((0.0..1.0).contains(&a[lane]));
-                sum += f64::from(a[lane]);
-                squares += f64::from(a[lane]).powi(2);
-                same += u32::from(a[lane] == b[lane]);
+            for component in 0..4 {
+                assert!((0.0..1.0).contains(&a[component]));
+                sum += f64::from(a[component]);
+                squares += f64::from(a[component]).powi(2);
+                same += u32::from(a[component] == b[component]);
             }
         }
         let n = 4.0 * f64::from(count);

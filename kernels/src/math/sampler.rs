@@ -114,8 +114,9 @@ mod points {
                 let order = pcg4d(UVec4::new(group as u32, batch, seed, 0x736f_626f)).x;
                 // Another order of the same points: the first 2^k remain a whole block of so many.
                 let permuted = laine_karras(index.reverse_bits(), order).reverse_bits();
-                *point =
-                    UVec4::from_array([0, 1, 2, 3].map(|lane| coordinate(permuted, lane).reverse_bits()));
+                *point = UVec4::from_array(
+                    [0, 1, 2, 3].map(|dimension| coordinate(permuted, dimension).reverse_bits()),
+                );
             }
             let groups = SEQUENCE_GROUPS as u32;
             Sequence { points, groups, batch, ..Sequence::default() }
@@ -173,11 +174,15 @@ mod points {
                 // Any aligned block of a power of two.
                 for (block, points) in numbers(5, pixel, group, 4 * count).chunks(count as usize).enumerate()
                 {
-                    for lane in 0..4 {
+                    for dimension in 0..4 {
                         let mut cells: Vec<u32> =
-                            points.iter().map(|u| (u[lane] * count as f32) as u32).collect();
+                            points.iter().map(|u| (u[dimension] * count as f32) as u32).collect();
                         cells.sort_unstable();
-                        assert_eq!(cells, (0..count).collect::<Vec<_>>(), "block {block} lane {lane}");
+                        assert_eq!(
+                            cells,
+                            (0..count).collect::<Vec<_>>(),
+                            "block {block} dimension {dimension}"
+                        );
                     }
                     // Of the first two dimensions every elementary interval, too.
                     for wide in 0..=log {
@@ -200,13 +205,14 @@ mod points {
             (0..=group).map(|_| next4(&mut rng, &sequence)).last().unwrap()
         }
 
-        /// Whether as many numbers fill every elementary interval of the pair of lanes that starts at `lane`.
-        fn fills(points: &[Vec4], lane: usize) -> bool {
+        /// Whether as many numbers fill every elementary interval of the pair of dimensions that starts at `dimension`.
+        fn fills(points: &[Vec4], dimension: usize) -> bool {
             let log = points.len().ilog2();
             assert_eq!(points.len(), 1 << log);
             (0..=log).all(|wide| {
                 let cell = |u: &Vec4| {
-                    let (x, y) = (u[lane] * (1 << wide) as f32, u[lane + 1] * (1 << (log - wide)) as f32);
+                    let (x, y) =
+                        (u[dimension] * (1 << wide) as f32, u[dimension + 1] * (1 << (log - wide)) as f32);
                     (x as u32) << (log - wide) | y as u32
                 };
                 let mut cells: Vec<u32> = points.iter().map(cell).collect();
@@ -240,7 +246,7 @@ mod points {
             // A pixel's number is uniform over seeds, and two neighbours' first numbers are never near each other.
             let count = 20_000;
             let (mut sum, mut square, mut nearest) = (Vec4::ZERO, Vec4::ZERO, 1.0f32);
-            // How many pairs of numbers of different lanes lie in each of 4 by 4 cells.
+            // How many pairs of numbers of different dimensions lie in each of 4 by 4 cells.
             let mut cells = [[0u32; 16]; 6];
             for seed in 0..count {
                 let sequence = Sequence::moved(seed, 4, 1, 64);
@@ -329,19 +335,20 @@ mod points {
         #[test]
         fn directions_are_those_of_the_tables() {
             // The first points in Gray-free order, times 8.
-            let points: Vec<[u32; 4]> =
-                (0..8).map(|index| [0, 1, 2, 3].map(|lane| coordinate(index, lane) >> 29)).collect();
+            let points: Vec<[u32; 4]> = (0..8)
+                .map(|index| [0, 1, 2, 3].map(|dimension| coordinate(index, dimension) >> 29))
+                .collect();
             let known: [[u32; 8]; 4] = [
                 [0, 4, 2, 6, 1, 5, 3, 7],
                 [0, 4, 6, 2, 5, 1, 3, 7],
                 [0, 4, 6, 2, 3, 7, 5, 1],
                 [0, 4, 6, 2, 1, 5, 7, 3],
             ];
-            for (lane, known) in known.iter().enumerate() {
-                let own: Vec<u32> = points.iter().map(|point| point[lane]).collect();
-                assert_eq!(own, known, "{lane}");
+            for (dimension, known) in known.iter().enumerate() {
+                let own: Vec<u32> = points.iter().map(|point| point[dimension]).collect();
+                assert_eq!(own, known, "{dimension}");
             }
-            assert_eq!([1, 2, 3].map(|lane| coordinate(8, lane) >> 28), [15, 9, 5]);
+            assert_eq!([1, 2, 3].map(|dimension| coordinate(8, dimension) >> 28), [15, 9, 5]);
         }
     }
 }

@@ -83,9 +83,11 @@ mod tests {
             second += d * d;
         }
         // Each coordinate is uniform in [-1, 1]: variance 1/3, fourth moment 1/5.
-        for lane in 0..3 {
-            assert!(f64::from(mean[lane]).abs() / n < 4.0 * (1.0 / (3.0 * n)).sqrt());
-            assert!((f64::from(second[lane]) / n - 1.0 / 3.0).abs() < 4.0 * (4.0 / (45.0 * n)).sqrt() + 1e-4);
+        for component in 0..3 {
+            assert!(f64::from(mean[component]).abs() / n < 4.0 * (1.0 / (3.0 * n)).sqrt());
+            assert!(
+                (f64::from(second[component]) / n - 1.0 / 3.0).abs() < 4.0 * (4.0 / (45.0 * n)).sqrt() + 1e-4
+            );
         }
     }
 

@@ -29,7 +29,7 @@ pub struct Method {
     pub chooses_gather: bool,
     /// Whether an emission is chosen for it; else it starts light paths in its own way, or has none.
     pub chooses_emission: bool,
-    /// Whether its frames are averaged towards the truth: nothing is bounded in them.
+    /// Whether its frames are averaged towards the reference: nothing is bounded in them.
     pub converges: bool,
     /// Which level of its textures a camera prefix sees where nobody asks for another.
     pub texture_filter: TextureFilter,

@@ -1,4 +1,4 @@
-//! `step.*`: single steps on their own, for the twin tests: the same numbers must come out of every runner. There are as many
+//! `step.*`: single steps on their own, for the parity tests: the same numbers must come out of every runner. There are as many
 //! as a batch has light paths.
 
 use crate::declare::pass;

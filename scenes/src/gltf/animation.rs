@@ -55,7 +55,7 @@ impl Document {
         times: &[f64],
         values: &[[f64; N]],
     ) {
-        let (path, lanes) = match property {
+        let (path, components) = match property {
             Property::Translation => ("translation", 3),
             Property::Rotation => ("rotation", 4),
             Property::Scale => ("scale", 3),
@@ -65,7 +65,7 @@ impl Document {
             Interpolation::Linear => ("LINEAR", 1),
             Interpolation::Cubic => ("CUBICSPLINE", 3),
         };
-        assert_eq!((N, values.len()), (lanes, rows * times.len()), "values of {path}, {name}");
+        assert_eq!((N, values.len()), (components, rows * times.len()), "values of {path}, {name}");
         let input = self.floats(times.iter().copied(), "SCALAR", times.len());
         // Readers want to know the first and the last time.
         self.accessors[input]["min"] = json!([times[0] as f32]);

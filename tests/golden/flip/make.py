@@ -1,4 +1,4 @@
-"""Makes the golden files of tests/tests/house/flip.rs with NVIDIA's own HDR-FLIP:
+"""Makes the golden files of tests/tests/architecture/flip.rs with NVIDIA's own HDR-FLIP:
 
     pip install flip-evaluator==1.7 numpy
     python tests/golden/flip/make.py
@@ -42,8 +42,8 @@ def write(name, image, reference):
     print(name, "mean", mean, parameters)
     channels = {"flip": error.reshape(image.shape[:2])}
     for prefix, pixels in (("image", image), ("reference", reference)):
-        for lane, letter in enumerate("RGB"):
-            channels[f"{prefix}.{letter}"] = pixels[..., lane]
+        for channel, letter in enumerate("RGB"):
+            channels[f"{prefix}.{letter}"] = pixels[..., channel]
     exr(os.path.join(os.path.dirname(os.path.abspath(__file__)), name), channels)
 
 

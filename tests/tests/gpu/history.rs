@@ -1,4 +1,4 @@
-//! Twin tests of the histories: a frame of an animation step by step on equal inputs, and a few frames on each runner's own.
+//! Parity tests of the histories: a frame of an animation step by step on equal inputs, and a few frames on each runner's own.
 
 mod path;
 mod sequence;
@@ -17,8 +17,8 @@ use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
 use caustics_tests::compare::{Tolerance, records};
 use caustics_tests::gpu::{Gpu, watched_gpu};
+use caustics_tests::parity::{RunnerPair, load};
 use caustics_tests::table::Table;
-use caustics_tests::twin::{Twin, load};
 
 /// Frames a second.
 const RATE: f64 = 30.0;
@@ -27,7 +27,7 @@ const RATE: f64 = 30.0;
 struct Animation {
     scene: Scene,
     settings: Settings,
-    twin: Twin,
+    runners: RunnerPair,
     uploads: [Upload; 2],
     /// The eye of the frame before.
     camera: Camera,
@@ -49,10 +49,10 @@ impl Animation {
         let scene = load(scene);
         // This one needs what any of the others needs.
         let kernels = load("animated-light").features(settings.specular_roughness);
-        let twin = Twin::with(gpu, hardware, &scene, &settings, kernels);
+        let runners = RunnerPair::with(gpu, hardware, &scene, &settings, kernels);
         let uploads = [Upload::new(&scene), Upload::new(&scene)];
-        let camera = twin.params.camera;
-        Animation { scene, settings, twin, uploads, camera, keeps_path: false }
+        let camera = runners.params.camera;
+        Animation { scene, settings, runners, uploads, camera, keeps_path: false }
     }
 
     /// Starts again, with nothing to remember.
@@ -60,15 +60,15 @@ impl Animation {
         self.settings.history = history;
         let forget = history::ALL.iter().flat_map(|history| history.forget);
         let forget: Vec<Step> = forget.map(|&buffer| Step::Clear { buffer }).collect();
-        self.twin.run(&FrameParams::default(), &forget);
+        self.runners.run(&FrameParams::default(), &forget);
     }
 
     /// Brings both runners to a frame; its settings.
     fn pose(&mut self, frame: u32) -> FrameParams {
         self.scene.pose(f64::from(frame) / RATE).expect("a pose");
         let [cpu, gpu] = &mut self.uploads;
-        cpu.run(&mut *self.twin.cpu, &self.scene).expect("the CPU takes the pose");
-        gpu.run(&mut *self.twin.gpu, &self.scene).expect("the GPU takes the pose");
+        cpu.run(&mut *self.runners.cpu, &self.scene).expect("the CPU takes the pose");
+        gpu.run(&mut *self.runners.gpu, &self.scene).expect("the GPU takes the pose");
         let params = self.settings.params(&self.scene, &self.scene.cameras[0], frame);
         let params = FrameParams { previous_camera: self.camera, ..params };
         self.camera = params.camera;
@@ -107,15 +107,15 @@ fn runners_agree_on_path_traced_light_that_is_kept() {
 /// What pixels show, and how it moves: behind a camera that moves, and on a plate that does.
 #[test]
 fn runners_agree_on_what_pixels_show() {
-    const REASON: &str = "the rule for twins: 0.2 % of the paths may diverge";
+    const REASON: &str = "the parity rule: 0.2 % of the paths may diverge";
     let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
         for scene in ["animated-camera", "sliding-receiver"] {
             let mut animation = Animation::open(&gpu, hardware, scene, 1000);
             animation.pose(3);
             let params = animation.pose(4);
-            animation.twin.run(&params, &[Step::new(&AUXILIARY, &params)]);
-            let (cpu, gpu) = animation.twin.records::<Auxiliary>("auxiliary");
+            animation.runners.run(&params, &[Step::new(&AUXILIARY, &params)]);
+            let (cpu, gpu) = animation.runners.records::<Auxiliary>("auxiliary");
             let moving = cpu.iter().filter(|row| row.depth > 0.0 && row.motion.length() > 0.1).count();
             assert!(moving > cpu.len() / 20, "{scene}: {moving}");
             let words = Tolerance::EXACT.except(2.0e-3, REASON);
@@ -154,7 +154,7 @@ fn steps_agree(animation: &mut Animation, title: &str) {
     let mut table = Table::new(title);
     for frame in 0..3 {
         let params = animation.pose(frame);
-        animation.twin.cpu.run(&params, &animation.steps(&params)).expect("the CPU runs a frame");
+        animation.runners.cpu.run(&params, &animation.steps(&params)).expect("the CPU runs a frame");
     }
     let params = animation.pose(3);
     for step in animation.steps(&params) {

@@ -1,5 +1,5 @@
 //! A GPU against the CPU, pass by pass and frame by frame, and what the Vulkan side promises beyond.
 
 mod history;
-mod twin;
+mod parity;
 mod vulkan;

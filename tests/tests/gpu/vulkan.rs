@@ -12,7 +12,7 @@ use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::frame::frame_buffers;
 use caustics_tests::gpu::watched_gpu;
-use caustics_tests::twin::load;
+use caustics_tests::parity::load;
 
 /// The talk's size of image, with fewer light paths than its 1024^2.
 fn full() -> Settings {

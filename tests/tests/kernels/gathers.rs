@@ -199,7 +199,7 @@ fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
 }
 
 /// A variant from outside of the kernels: `CONTRIBUTING.md` shows it, `.ci/new-variant` puts its file into the kernels.
-#[path = "../../toys/stripes.rs"]
+#[path = "../../example_variants/stripes.rs"]
 mod stripes;
 
 /// Its passes, which the list of the kernels makes for their own.

@@ -14,9 +14,9 @@ use caustics_kernels::surface::vertex::vertex;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::blocks::Blocks;
 use caustics_tests::gpu::gpu;
+use caustics_tests::parity::RunnerPair;
 use caustics_tests::rays;
 use caustics_tests::scenes::copied;
-use caustics_tests::twin::Twin;
 use glam::Vec3;
 use serde_json::{Value, json};
 
@@ -146,11 +146,11 @@ fn runners_agree_on_instances() {
     let settings = Settings { width: 32, height: 32, light_paths: 1024, ..Settings::default() };
     let [_, stored] = rooms();
     for &hardware in gpu.tracers() {
-        let mut twin = Twin::open(&gpu, hardware, &stored, &settings);
+        let mut runners = RunnerPair::open(&gpu, hardware, &stored, &settings);
         let rays = rays::through(&stored, 10_000);
-        twin.write("rays", &rays);
-        twin.step(&STEP_HIT, rays.len());
-        let (cpu, device) = twin.head::<Hit>("hits", rays.len());
+        runners.write("rays", &rays);
+        runners.step(&STEP_HIT, rays.len());
+        let (cpu, device) = runners.head::<Hit>("hits", rays.len());
         let same = |a: &Hit, b: &Hit| {
             (a.instance, a.triangle) == (b.instance, b.triangle)
                 && (a.is_miss() || (a.distance - b.distance).abs() <= 1e-4 * a.distance.max(1.0))
@@ -158,7 +158,7 @@ fn runners_agree_on_instances() {
         let others = cpu.iter().zip(&device).filter(|(a, b)| !same(a, b)).count();
         let met = cpu.iter().filter(|hit| hit.instance != 0).count();
         println!("hardware {hardware}: {met} met an instance, {others} differ");
-        // The rule for twins: 0.2 % on edges and slivers.
+        // The parity rule: 0.2 % on edges and slivers.
         assert!(met > 2000 && others <= 20, "hardware {hardware}: {met} {others}");
     }
 }

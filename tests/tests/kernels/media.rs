@@ -460,12 +460,12 @@ fn an_open_sheet_looks_alike_from_nearby() {
 #[test]
 fn progressive_and_reference_agree_under_an_open_sheet() {
     let scene = under_an_open_surface(DVec3::new(0.1, -0.3, 0.7), 0.7);
-    let (split, truth) = (mean_of(&scene, 2, true, 120), mean_of(&scene, 3, false, 900));
+    let (split, reference) = (mean_of(&scene, 2, true, 120), mean_of(&scene, 3, false, 900));
     for channel in 0..3 {
-        let (split, truth) = (&split[channel], &truth[channel]);
-        println!("{split:?} {truth:?}: {:.4}", split.value / truth.value);
-        assert!(split.agrees(truth, 3.5), "channel {channel}");
-        assert!(split.error.hypot(truth.error) < 0.02 * truth.value, "the test is blunt");
+        let (split, reference) = (&split[channel], &reference[channel]);
+        println!("{split:?} {reference:?}: {:.4}", split.value / reference.value);
+        assert!(split.agrees(reference, 3.5), "channel {channel}");
+        assert!(split.error.hypot(reference.error) < 0.02 * reference.value, "the test is blunt");
     }
 }
 

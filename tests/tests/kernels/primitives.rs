@@ -8,9 +8,9 @@ use caustics_kernels::pass::step::STEP_HIT;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::render;
 use caustics_tests::gpu::gpu;
+use caustics_tests::parity::RunnerPair;
 use caustics_tests::rays;
 use caustics_tests::scenes::copied;
-use caustics_tests::twin::Twin;
 use glam::Vec3;
 use serde_json::{Value, json};
 
@@ -152,10 +152,10 @@ fn runners_agree_on_holes_and_glass_in_one_mesh() {
     // Rays that go on from what they hit pass holes and glass from both sides.
     let rays = [rays.clone(), rays::from_surfaces(&scene, &rays, &hits)].concat();
     for &hardware in gpu.tracers() {
-        let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
-        twin.write("rays", &rays);
-        twin.step(&STEP_HIT, rays.len());
-        let (cpu, device) = twin.head::<Hit>("hits", rays.len());
+        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
+        runners.write("rays", &rays);
+        runners.step(&STEP_HIT, rays.len());
+        let (cpu, device) = runners.head::<Hit>("hits", rays.len());
         let material = |hit: &Hit| scene.surfaces[hit.triangle as usize].material;
         let of = |wanted: u32| cpu.iter().filter(|hit| !hit.is_miss() && material(hit) == wanted).count();
         let same = |a: &Hit, b: &Hit| {
@@ -165,7 +165,7 @@ fn runners_agree_on_holes_and_glass_in_one_mesh() {
         let others = cpu.iter().zip(&device).filter(|(a, b)| !same(a, b)).count();
         let (leaves, ball) = (of(LEAVES as u32), of(BALL as u32));
         println!("hardware {hardware}: {leaves} hit leaves, {ball} the ball, {others} differ");
-        // The rule for twins: 0.2 % on edges and slivers.
+        // The parity rule: 0.2 % on edges and slivers.
         assert!(leaves > 300 && ball > 300 && others <= rays.len() / 500, "{leaves} {ball} {others}");
     }
 }

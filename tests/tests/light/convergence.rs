@@ -78,9 +78,10 @@ fn virtual_light() -> Vec<f64> {
     (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))).map(|(x, y)| radiance(at(x, y))).collect()
 }
 
-fn mean_square(layer: &[Vec3], truth: &[f64]) -> f64 {
-    let squares = layer.iter().zip(truth).map(|(value, truth)| (f64::from(value.x) / truth - 1.0).powi(2));
-    squares.sum::<f64>() / truth.len() as f64
+fn mean_square(layer: &[Vec3], reference: &[f64]) -> f64 {
+    let squares =
+        layer.iter().zip(reference).map(|(value, reference)| (f64::from(value.x) / reference - 1.0).powi(2));
+    squares.sum::<f64>() / reference.len() as f64
 }
 
 /// Runs to `frames` frames and hands the mean to `look` at every power of two.
@@ -164,12 +165,12 @@ mod long {
     #[ignore = "20,000 small frames: a minute on two cores"]
     fn errors_of_progressive_fall_as_they_should() {
         let scene = scene();
-        let caustic_truth = virtual_light();
-        let mut path_truth = Vec::new();
+        let caustic_reference = virtual_light();
+        let mut path_reference = Vec::new();
         // Camera paths alone find it.
         progressive(&scene, &settings(1, 99), 16_384, |frames, sums| {
             if frames == 16_384 {
-                path_truth = sums.mean().path.iter().map(|value| f64::from(value.x)).collect();
+                path_reference = sums.mean().path.iter().map(|value| f64::from(value.x)).collect();
             }
         });
         let runs = 4;
@@ -178,8 +179,8 @@ mod long {
             progressive(&scene, &settings(20_000, seed), 1024, |frames, sums| {
                 let mean = sums.mean();
                 let of = &mut errors[frames.trailing_zeros() as usize];
-                of.0 += mean_square(&mean.caustics, &caustic_truth) / f64::from(runs);
-                of.1 += mean_square(&mean.path, &path_truth) / f64::from(runs);
+                of.0 += mean_square(&mean.caustics, &caustic_reference) / f64::from(runs);
+                of.1 += mean_square(&mean.path, &path_reference) / f64::from(runs);
             });
         }
         let mut table = String::from("frames,caustics_relmse,path_relmse\n");

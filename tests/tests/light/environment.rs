@@ -219,8 +219,8 @@ fn every_way_finds_the_light_of_the_sky() {
         Vec3::new(0.3, 0.4, 0.6) * up + if is_bright { Vec3::new(6.0, 5.0, 4.0) } else { Vec3::ZERO }
     };
     let scene = open_sky(EnvironmentMap::new(width, height, (0..width * height).map(texel).collect()));
-    let reference = Settings { light_sampler: LightSampler::Power, ..settings(1) };
-    let truth = Blocks::render(&CPU, &scene, &reference, &PATH, &PHOTONS_GRID, 375);
+    let reference_settings = Settings { light_sampler: LightSampler::Power, ..settings(1) };
+    let reference = Blocks::render(&CPU, &scene, &reference_settings, &PATH, &PHOTONS_GRID, 375);
     let mut faults = Vec::new();
     for (caustics, emission) in [
         (Caustics::First, &GUIDED),
@@ -230,7 +230,7 @@ fn every_way_finds_the_light_of_the_sky() {
     ] {
         let settings = Settings { light_paths: 12_000, caustics, emission, ..settings(2) };
         let split = Blocks::render(&CPU, &scene, &settings, &PROGRESSIVE, &PHOTONS_GRID, 100);
-        let scores = split.scores(&truth);
+        let scores = split.scores(&reference);
         println!("{caustics:?}, {}: {scores:?}, caustic share {:.3}", emission.name, split.caustic_share);
         assert!(scores.ratio_error < 0.01 && split.caustic_share > 0.01, "the test has lost its subject");
         faults.extend(scores.fault().map(|fault| format!("{caustics:?}, {}: {fault}", emission.name)));

@@ -2,7 +2,7 @@
 //!
 //! | | case | test |
 //! |---|---|---|
-//! | O1 | ring mirror | `truth.rs`: `ring_mirror_makes_its_nephroid`, and sharply among the long tests |
+//! | O1 | ring mirror | `partition.rs`: `ring_mirror_makes_its_nephroid`, and sharply among the long tests |
 //! | O2 | plane mirror | `mirror`: `plane_mirror_makes_a_virtual_light`; `lights`: `plane_mirror_makes_a_virtual_spot`, `plane_mirror_turns_directional_light` |
 //! | O3 | view through a mirror | `mirror`: `view_through_a_perfect_mirror_is_the_mirrored_cameras` |
 //! | O4 | slab | `glass`: `slab_with_all_bounces_transmits_what_a_thin_wall_does`, `thin_wall_transmits_what_a_slab_does` |

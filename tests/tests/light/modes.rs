@@ -58,14 +58,14 @@ fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
     let scene = committed("ring");
     let settings = Settings { width: 240, height: 135, light_paths: 131_072, seed: 3, ..Settings::default() };
     let runs = frames(&scene, &settings, &BASIC, &NONE, 0..16);
-    let truth: Vec<f64> =
+    let reference: Vec<f64> =
         (0..240 * 135).map(|pixel| runs.iter().map(|run| run[pixel]).sum::<f64>() / 16.0).collect();
-    let dark = 0.1 * truth.iter().sum::<f64>() / truth.len() as f64;
+    let dark = 0.1 * reference.iter().sum::<f64>() / reference.len() as f64;
     let points = World::new(&scene, &settings).collect();
     // L is that of the pixels around, which the fireflies under test are not in.
     let median = |pixel: usize| {
         let mut near = [0, 1, 2, 240, 241, 242, 480, 481, 482]
-            .map(|by| truth[(pixel + by).saturating_sub(241).min(truth.len() - 1)]);
+            .map(|by| reference[(pixel + by).saturating_sub(241).min(reference.len() - 1)]);
         near.sort_by(f64::total_cmp);
         near[4]
     };
@@ -84,24 +84,24 @@ fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
 }
 
 /// Flicker: mean change of a pixel from frame to frame over the mean; fireflies: the 99.9th percentile of a frame over that
-/// of the truth. Histories must lower both; Kim's method has none.
+/// of the reference. Histories must lower both; Kim's method has none.
 #[test]
 fn histories_lower_flicker_and_fireflies() {
     let scene = committed("mirror-room");
     let settings = Settings { width: 160, height: 90, light_paths: 7200, seed: 3, ..Settings::default() };
     let many = Settings { light_paths: 400_000, seed: 77, ..settings.clone() };
     let runs = frames(&scene, &many, &BASIC, &NONE, 0..12);
-    let truth: Vec<f64> =
+    let reference: Vec<f64> =
         (0..160 * 90).map(|pixel| runs.iter().map(|run| run[pixel]).sum::<f64>() / 12.0).collect();
-    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    let mean = reference.iter().sum::<f64>() / reference.len() as f64;
     let measured = |method, history| {
         let frames = frames(&scene, &settings, method, history, 16..24);
         let change = |pair: &[Vec<f64>]| {
-            pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).sum::<f64>() / truth.len() as f64
+            pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).sum::<f64>() / reference.len() as f64
         };
         let flicker = frames.windows(2).map(change).sum::<f64>() / (frames.len() - 1) as f64 / mean;
         let fireflies = frames.iter().map(|frame| brightest(frame)).sum::<f64>() / frames.len() as f64;
-        (flicker, fireflies / brightest(&truth))
+        (flicker, fireflies / brightest(&reference))
     };
     let none = measured(&BASIC, &NONE);
     let paper = measured(&BASIC, &PAPER);
@@ -110,7 +110,7 @@ fn histories_lower_flicker_and_fireflies() {
     for (name, (flicker, fireflies)) in
         [("none", none), ("paper", paper), ("validated", validated), ("kim2019", kim)]
     {
-        println!("{name}: flicker {flicker:.3}, 99.9th percentile {fireflies:.2} of the truth's");
+        println!("{name}: flicker {flicker:.3}, 99.9th percentile {fireflies:.2} of the reference's");
     }
     assert!(none.0 > 0.5 && none.1 > 2.0, "the test has lost its subject");
     // The paper keeps 0.8 of the light: a frame's change is a fifth. An average over n frames changes by 1 / n.

@@ -14,9 +14,9 @@ use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
 use caustics_tests::blocks::Blocks;
+use caustics_tests::parity::load;
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
-use caustics_tests::twin::load;
 use glam::DVec3;
 
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
@@ -149,8 +149,8 @@ fn noise_of_neighbours_evens_out() {
 fn variances_of_batches_are_honest() {
     let scene = under_a_light();
     let frames = 32;
-    let truth = variance(&scene, &settings(Sampler::Sobol, BATCHES, 0), &[frames])[0];
-    let said = |mut sums: Accumulation| {
+    let reference = variance(&scene, &settings(Sampler::Sobol, BATCHES, 0), &[frames])[0];
+    let estimated = |mut sums: Accumulation| {
         let mut session = session(&scene, &settings(Sampler::Sobol, BATCHES, 9), &PATH);
         for frame in 0..frames {
             session.frame(frame).expect("a frame runs");
@@ -161,10 +161,11 @@ fn variances_of_batches_are_honest() {
         let sum: f64 = relative.map(|(mean, variance)| f64::from(variance.x / (mean.x * mean.x))).sum();
         sum / mean.path.len() as f64
     };
-    let (batches, frames) = (said(Accumulation::in_batches(BATCHES)), said(Accumulation::default()));
-    println!("variance {truth:.3e}, between batches {batches:.3e}, between frames {frames:.3e}");
-    assert!((batches / truth - 1.0).abs() < 0.1, "{batches} {truth}");
-    assert!(frames > 2.0 * truth, "a wrong variance is noticed");
+    let (batches, frames) =
+        (estimated(Accumulation::in_batches(BATCHES)), estimated(Accumulation::default()));
+    println!("variance {reference:.3e}, between batches {batches:.3e}, between frames {frames:.3e}");
+    assert!((batches / reference - 1.0).abs() < 0.1, "{batches} {reference}");
+    assert!(frames > 2.0 * reference, "a wrong variance is noticed");
 }
 
 /// Rough glass of two roughnesses, above and below the threshold of what is specular, between six large lights of different radiance.

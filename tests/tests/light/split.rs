@@ -131,8 +131,8 @@ fn agree_at(
     budget: &Budget,
 ) {
     // What finds lights by candidates is judged by what does not.
-    let reference = Settings { light_sampler: LightSampler::Power, ..settings(1, thresholds[0]) };
-    let truth = Blocks::render(&CPU, scene, &reference, &PATH, &PHOTONS_GRID, budget.samples);
+    let reference_settings = Settings { light_sampler: LightSampler::Power, ..settings(1, thresholds[0]) };
+    let reference = Blocks::render(&CPU, scene, &reference_settings, &PATH, &PHOTONS_GRID, budget.samples);
     let mut shares = Vec::new();
     let mut faults = Vec::new();
     let splits = configurations
@@ -140,7 +140,7 @@ fn agree_at(
         .flat_map(|&configuration| thresholds.iter().map(move |&threshold| (configuration, threshold)));
     for ((configuration, threshold), seed) in splits.zip(2..) {
         let split = budget.split(scene, configuration, threshold, seed);
-        let scores = split.scores(&truth);
+        let scores = split.scores(&reference);
         println!(
             "{what}, {configuration:?}, threshold {threshold}: ratio {:.4} +- {:.4}, z {:.2}, mean square z of {} blocks {:.2}, \
              largest {:.2}; caustic share {:.3}",
@@ -438,7 +438,7 @@ mod release {
         agrees("textured", &b.build(), &Budget { limit: Limit::Extrapolated(0.5), ..LARGE_LIGHT });
     }
 
-    /// Without a size lights are found by connections and light paths only, so `progressive` is the truth; OurBasic at two
+    /// Without a size lights are found by connections and light paths only, so `progressive` is the reference; OurBasic at two
     /// radii, extrapolated to none (the loss at borders is in proportion to the radius), must come to the same whatever is
     /// specular: at 0.1 the path tracer finds what at 0.4 light paths bring.
     #[test]
@@ -457,12 +457,12 @@ mod release {
             let settings = Settings { light_paths: 40_000, radius_px, ..settings(seed, threshold) };
             Blocks::render(&CPU, &scene, &settings, method, &PHOTONS_GRID, frames)
         };
-        let truth = render(1, 0.25, 0.3, &PROGRESSIVE, 2000);
+        let reference = render(1, 0.25, 0.3, &PROGRESSIVE, 2000);
         for (seed, threshold) in [(2, 0.1), (3, 0.25), (4, 0.4)] {
             let half = render(10 + seed, threshold, 0.5, &BASIC, 600);
             let quarter = render(20 + seed, threshold, 0.25, &BASIC, 600);
             let basic = extrapolated(&half, &quarter);
-            let scores = basic.scores(&truth);
+            let scores = basic.scores(&reference);
             println!(
                 "point lights, threshold {threshold}: caustic share {:.3}, {scores:?}",
                 basic.caustic_share
@@ -483,9 +483,9 @@ mod release {
             let choice = gpu.choice(hardware);
             let settings =
                 |seed| Settings { width: 32, height: 24, light_paths: 15_000, ..settings(seed, 0.25) };
-            let truth = Blocks::render(&choice, &scene, &settings(5), &PATH, variant, 1500);
+            let reference = Blocks::render(&choice, &scene, &settings(5), &PATH, variant, 1500);
             let split = Blocks::render(&choice, &scene, &settings(6), &PROGRESSIVE, variant, 300);
-            let scores = split.scores(&truth);
+            let scores = split.scores(&reference);
             println!("on {}, {}: {scores:?}", gpu.info.name, variant.name);
             assert!(scores.ratio_error < 0.02 && split.caustic_share > 0.02);
             assert_eq!(scores.fault(), None);
@@ -521,9 +521,9 @@ mod release {
                 ..Settings::default()
             };
             let (split, share) = mean_to(0.0018, &scene, &settings(0), &BASIC);
-            let (truth, _) = mean_to(0.0018, &scene, &settings(1), &PATH);
-            let ratio = split.value / truth.value;
-            let error = ratio * (split.error / split.value).hypot(truth.error / truth.value);
+            let (reference, _) = mean_to(0.0018, &scene, &settings(1), &PATH);
+            let ratio = split.value / reference.value;
+            let error = ratio * (split.error / split.value).hypot(reference.error / reference.value);
             println!("roughness {roughness:.2}: {ratio:.4} +- {error:.4}, caustic share {share:.3}");
             assert!(error <= 0.003 && (ratio - 1.0).abs() <= 0.01, "roughness {roughness}");
             casts += usize::from(share > 0.1);

@@ -17,8 +17,8 @@ use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::pass::step::STEP_HIT;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::gpu::gpu;
+use caustics_tests::parity::RunnerPair;
 use caustics_tests::rays;
-use caustics_tests::twin::Twin;
 use glam::{DQuat, DVec3, Vec3};
 use serde_json::{Value, json};
 
@@ -591,16 +591,16 @@ fn runners_agree_after_every_pose() {
     let settings = Settings { width: 32, height: 32, light_paths: 1024, ..Settings::default() };
     for (&hardware, file) in gpu.tracers().iter().flat_map(|at| [(at, soups()), (at, deforming())]) {
         let mut scene = file.load().unwrap();
-        let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
+        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
         let (mut cpu, mut device) = (Upload::new(&scene), Upload::new(&scene));
         for time in [0.0, 1.9, 0.6] {
             scene.pose(time).unwrap();
-            cpu.run(&mut *twin.cpu, &scene).unwrap();
-            device.run(&mut *twin.gpu, &scene).unwrap();
+            cpu.run(&mut *runners.cpu, &scene).unwrap();
+            device.run(&mut *runners.gpu, &scene).unwrap();
             let rays = aimed(&scene, 20_000);
-            twin.write("rays", &rays);
-            twin.step(&STEP_HIT, rays.len());
-            let (cpu, gpu) = twin.head::<Hit>("hits", rays.len());
+            runners.write("rays", &rays);
+            runners.step(&STEP_HIT, rays.len());
+            let (cpu, gpu) = runners.head::<Hit>("hits", rays.len());
             let same = |a: &Hit, b: &Hit| {
                 (a.instance, a.triangle) == (b.instance, b.triangle)
                     && (a.is_miss()
@@ -610,7 +610,7 @@ fn runners_agree_after_every_pose() {
             let others = cpu.iter().zip(&gpu).filter(|(a, b)| !same(a, b)).count();
             let moving = cpu.iter().filter(|hit| hit.instance != 0).count();
             assert!(moving > 4000, "{moving}");
-            // The rule for twins: 0.2 % on edges and slivers.
+            // The parity rule: 0.2 % on edges and slivers.
             assert!(others <= 40, "hardware {hardware}, {time} s: {others} of 20000 differ");
         }
     }

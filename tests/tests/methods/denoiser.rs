@@ -16,9 +16,9 @@ use caustics_kernels::method::basic;
 use caustics_kernels::pass::collect::COLLECT;
 use caustics_tests::compare::{Tolerance, floats};
 use caustics_tests::gpu::watched_gpu;
+use caustics_tests::parity::{self, RunnerPair, load};
 use caustics_tests::scenes::{Builder, lambert};
 use caustics_tests::table::Table;
-use caustics_tests::twin::{self, Twin, load};
 use glam::{DVec3, Vec3};
 
 /// A plane seen from the front: a pixel's side is 1.77 radii, as that of a disc of its area.
@@ -136,7 +136,7 @@ impl Input {
         runner.write("point_shading", cast_slice(&self.shading)).unwrap();
         runner.write("path_noise", cast_slice(&vec![self.noise; self.radiance.len()])).unwrap();
         runner.run(&params, &steps[..denoisers]).unwrap();
-        twin::records(&mut *runner, "path_radiance")
+        parity::records(&mut *runner, "path_radiance")
     }
 }
 
@@ -402,16 +402,16 @@ fn a_room_keeps_its_energy_and_loses_its_noise() {
         session.image().unwrap()
     };
     let mut plain = open(&denoiser::NONE);
-    let mut truth = vec![Vec3::ZERO; 160 * 90];
+    let mut reference = vec![Vec3::ZERO; 160 * 90];
     for index in 1..=100 {
         let image = frame(&mut plain, index);
-        truth.iter_mut().zip(&image.path).for_each(|(mean, light)| *mean += *light / 100.0);
+        reference.iter_mut().zip(&image.path).for_each(|(mean, light)| *mean += *light / 100.0);
     }
     let (noisy, filtered) = (frame(&mut plain, 0), frame(&mut open(&ATROUS), 0));
     assert!(noisy.caustics == filtered.caustics && energy(&noisy.caustics, 0) > 0.0);
     assert_energy_stays(&noisy.path, &filtered.path);
     let error = |image: &[Vec3]| {
-        image.iter().zip(&truth).map(|(a, b)| f64::from((*a - *b).abs().element_sum())).sum::<f64>()
+        image.iter().zip(&reference).map(|(a, b)| f64::from((*a - *b).abs().element_sum())).sum::<f64>()
     };
     let (before, after) = (error(&noisy.path), error(&filtered.path));
     eprintln!("mean absolute error: {:.3} of what it was", after / before);
@@ -420,25 +420,25 @@ fn a_room_keeps_its_energy_and_loses_its_noise() {
 
 /// The features of a room, on the CPU and on the GPU.
 #[test]
-fn twins_agree() {
+fn gpu_matches_cpu() {
     let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
         let mut table = Table::new(&format!("filter, CPU against {} (hardware {hardware})", gpu.info.name));
         for name in ["mirror-room", "textured-room"] {
             let scene = load(name);
             let settings = Settings { width: 191, height: 107, light_paths: 1, ..Settings::default() };
-            let mut twin = Twin::open(&gpu, hardware, &scene, &settings);
-            let params = twin.params;
-            twin.cpu.run(&params, &[Step::new(&COLLECT, &params)]).unwrap();
+            let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
+            let params = runners.params;
+            runners.cpu.run(&params, &[Step::new(&COLLECT, &params)]).unwrap();
             let filter = (ATROUS.steps)(&params);
-            twin.copy_to_gpu(&filter);
-            let (before, _) = twin.records::<f32>("path_radiance");
-            twin.run(&params, &filter);
-            let (cpu, gpu_records) = twin.records::<f32>("path_radiance");
+            runners.copy_to_gpu(&filter);
+            let (before, _) = runners.records::<f32>("path_radiance");
+            runners.run(&params, &filter);
+            let (cpu, gpu_records) = runners.records::<f32>("path_radiance");
             assert!(cpu != before, "nothing was filtered");
             let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
             let near =
-                Tolerance::relative(1.0e-4, scale, "the rule for twins: weights are smooth in their inputs");
+                Tolerance::relative(1.0e-4, scale, "the parity rule: weights are smooth in their inputs");
             table.add(name, [floats("path_radiance", 3, &cpu, &gpu_records, near)]);
             // A comparer that finds nothing in other numbers would be none.
             assert!(!floats("unfiltered", 3, &before, &gpu_records, near).passes());
@@ -446,7 +446,7 @@ fn twins_agree() {
         for (width, height) in [(1, 1), (17, 9), (131, 77)] {
             let input = Input::noisy(width, height, 11);
             let (cpu, gpu_records) = (input.filtered(), input.filtered_by(&gpu.choice(hardware)));
-            let near = Tolerance::relative(1.0e-4, 1.0, "the rule for twins");
+            let near = Tolerance::relative(1.0e-4, 1.0, "the parity rule");
             table.add(
                 &format!("noise, {width}x{height}"),
                 [floats("path_radiance", 3, cast_slice(&cpu), cast_slice(&gpu_records), near)],

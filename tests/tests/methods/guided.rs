@@ -48,15 +48,15 @@ fn sum(caustics: &[Vec3]) -> f64 {
 }
 
 /// What the pixels of a view show in the end.
-struct Truth {
+struct Reference {
     /// Square of the light that an error of each pixel is relative to, as scores have it: its own, and a tenth of the mean.
     squares: Vec<f64>,
     /// Whether the floor is seen at once: behind curved glass the camera's choices are noise too.
     direct: Vec<bool>,
 }
 
-impl Truth {
-    fn for_scene(scene: &Scene) -> Truth {
+impl Reference {
+    fn for_scene(scene: &Scene) -> Reference {
         let mut session = open(&CPU, scene, &Settings { emission: &AIMED, ..settings(1 << 16, 1) }, &BASIC);
         let mut light = vec![0.0; 160 * 90];
         let mut direct = Vec::new();
@@ -70,7 +70,7 @@ impl Truth {
             direct = image.depth.iter().map(|depth| *depth == 1.0).collect();
         }
         let dark = 0.1 * light.iter().sum::<f64>() / light.len() as f64;
-        Truth { squares: light.iter().map(|light| light * light + dark * dark).collect(), direct }
+        Reference { squares: light.iter().map(|light| light * light + dark * dark).collect(), direct }
     }
 
     /// The mean relative variance of pixels, of all or of those that see the floor at once.
@@ -103,10 +103,10 @@ fn light(images: &[Vec<Vec3>]) -> Mean {
 #[test]
 fn guided_paths_bring_the_same_light_with_less_noise_from_the_first_frame_on() {
     let scene = committed("mirror-room");
-    let truth = Truth::for_scene(&scene);
+    let reference = Reference::for_scene(&scene);
     let of = |emission, frame| {
         let images = frames(&scene, emission, 16_384, frame);
-        (light(&images), truth.variance(&images, true))
+        (light(&images), reference.variance(&images, true))
     };
     let (power, aimed) = (of(&POWER, 0), of(&AIMED, 0));
     let (first, fifth) = (of(&GUIDED, 0), of(&GUIDED, 4));
@@ -196,7 +196,7 @@ fn a_caster_that_jumps_is_found_again() {
     };
     // The state of a session at one position, taken over by one at the other.
     let (here, there) = (scene_at(-1.0), scene_at(1.0));
-    let truth = Truth::for_scene(&there);
+    let reference = Reference::for_scene(&there);
     // Variances of the frames behind the jump.
     let of = |emission: &'static Emission, still: u32, frames: u32| {
         let runs: Vec<Vec<Vec<Vec3>>> = (0..4)
@@ -214,7 +214,7 @@ fn a_caster_that_jumps_is_found_again() {
             })
             .collect();
         let of_frame = |frame: usize| -> Vec<_> { runs.iter().map(|run| run[frame].clone()).collect() };
-        (0..frames as usize).map(|frame| truth.variance(&of_frame(frame), false)).collect::<Vec<_>>()
+        (0..frames as usize).map(|frame| reference.variance(&of_frame(frame), false)).collect::<Vec<_>>()
     };
     let power = of(&POWER, 4, 1)[0];
     // However long it was still before.
@@ -295,10 +295,10 @@ fn a_room_of_mirrors_is_no_worse() {
 
 /// The fourth frame brings the light of emission by power, at a share of its variance at most.
 fn is_better(what: &str, scene: &Scene, limit: f64) {
-    let truth = Truth::for_scene(scene);
+    let reference = Reference::for_scene(scene);
     let of = |emission, frame| {
         let images = frames(scene, emission, 65_536, frame);
-        (light(&images), truth.variance(&images, false))
+        (light(&images), reference.variance(&images, false))
     };
     let (power, guided) = (of(&POWER, 0), of(&GUIDED, 3));
     println!("{what}: power {power:?}, guided {guided:?}: {:.1} times less", power.1 / guided.1);
@@ -379,12 +379,12 @@ fn no_frame_is_noisier_than_by_power(names: &[&str]) {
             let light: Vec<f64> = (0..160 * 90).map(light).collect();
             let dark = 0.1 * light.iter().sum::<f64>() / light.len() as f64;
             let squares = light.iter().map(|light| light * light + dark * dark).collect();
-            let truth = Truth { squares, direct: Vec::new() };
+            let reference = Reference { squares, direct: Vec::new() };
             // Four times four seeds.
             let variance = |runs: &[Vec<[Vec<Vec3>; 2]>]| {
                 let part = |part: &[Vec<[Vec<Vec3>; 2]>]| {
                     let caustics: Vec<_> = part.iter().map(|run| run[frame][0].clone()).collect();
-                    truth.variance(&caustics, true)
+                    reference.variance(&caustics, true)
                 };
                 Mean::from_samples(&runs.chunks(4).map(part).collect::<Vec<_>>())
             };

@@ -70,15 +70,15 @@ fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
 
     // The prefix ends at the point.
     let met = scatterings(&found.camera_path.vertices);
-    if let Some(told) = found.point {
+    if let Some(reported) = found.point {
         let position = (point.position.as_dvec3() + scene.origin).to_array();
         let last = met.last().expect("a vertex");
-        assert_eq!((last.position, told.position), (position, position));
+        assert_eq!((last.position, reported.position), (position, position));
         assert_eq!(
-            (last.event, told.depth, met.len()),
+            (last.event, reported.depth, met.len()),
             (Event::CollectionPoint, point.depth, point.depth as usize)
         );
-        assert_eq!((told.radius, told.normal), (point.radius, point.normal.to_array()));
+        assert_eq!((reported.radius, reported.normal), (point.radius, point.normal.to_array()));
         assert!(!last.specular && met[..met.len() - 1].iter().all(|vertex| vertex.specular));
     }
 
@@ -262,11 +262,11 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
     session.frame(0).expect("a frame");
     let pixel = (HEIGHT / 2) * WIDTH + WIDTH / 2;
     let found = holds(&mut session, &scene, pixel);
-    let told = |vertices: &[Vertex]| -> Vec<(Event, Vec<&'static str>, String)> {
+    let reported = |vertices: &[Vertex]| -> Vec<(Event, Vec<&'static str>, String)> {
         vertices.iter().map(|vertex| (vertex.event, vertex.lobes.clone(), vertex.material.clone())).collect()
     };
     assert_eq!(
-        told(&found.camera_path.vertices),
+        reported(&found.camera_path.vertices),
         [
             (Event::Reflected, vec!["metal"], "material 1".into()),
             (Event::CollectionPoint, vec!["lambert"], "material 0".into())
@@ -278,7 +278,7 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
     assert!(!found.light_paths.is_empty());
     for path in &found.light_paths {
         assert_eq!(
-            told(&path.vertices),
+            reported(&path.vertices),
             [
                 (Event::Passed, vec!["glass"], "material 2".into()),
                 (Event::Photon, vec![], "material 0".into())

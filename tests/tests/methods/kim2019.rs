@@ -55,9 +55,9 @@ fn kim_conserves_the_energy_of_a_caustic_seen_directly() {
     let many = Settings { light_paths: 200_000, ..settings(1) };
     let of_frames = |method| direct(&images(&scene, &many, method, 40));
     // The same light paths, so that ratios frame by frame have little noise.
-    let truth = of_frames(&PROGRESSIVE);
+    let reference = of_frames(&PROGRESSIVE);
     let ratio = |method| {
-        let pairs = of_frames(method).into_iter().zip(&truth).map(|(own, truth)| own / truth);
+        let pairs = of_frames(method).into_iter().zip(&reference).map(|(own, reference)| own / reference);
         mean_and_error(&pairs.collect::<Vec<_>>())
     };
     let (kim, facing) = (ratio(&KIM2019), ratio(&KIM2019_FACING));
@@ -83,10 +83,10 @@ fn kim_conserves_the_energy_of_a_grazing_caustic() {
     for (width, height) in [(128, 80), (512, 320)] {
         let size = |seed| Settings { width, height, light_paths: 50_000, ..settings(seed) };
         let jittered = Settings { pixel_filter: PIXEL_FILTER_BOX, ..size(1) };
-        let truth = direct(&images(&scene, &jittered, &BASIC, 8));
+        let reference = direct(&images(&scene, &jittered, &BASIC, 8));
         let kim = direct(&images(&scene, &size(1), &KIM2019, 8));
         // The same light paths, so that ratios frame by frame have little noise.
-        let ratios: Vec<f64> = kim.iter().zip(&truth).map(|(own, truth)| own / truth).collect();
+        let ratios: Vec<f64> = kim.iter().zip(&reference).map(|(own, reference)| own / reference).collect();
         let (ratio, error) = mean_and_error(&ratios);
         println!("{width}x{height}: energy {ratio:.4} +- {error:.4}");
         assert!(3.0 * error < 0.02 && (ratio - 1.0).abs() < 0.02, "{width}x{height}: {ratio} +- {error}");
@@ -120,12 +120,12 @@ fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
         caustics,
         ..RenderedImage::default()
     };
-    let truth = with(mean(&caustics));
-    let reference = MeasuredImage::new(&truth, &truth);
+    let reference = with(mean(&caustics));
+    let measured_reference = MeasuredImage::new(&reference, &reference);
     let flip = |images: &[RenderedImage]| -> Vec<f64> {
         let of = |image| {
-            let measured = MeasuredImage::new(&with(caustics(image)), &truth);
-            (FLIP_CAUSTICS.of)(&Seen::one(&measured, &reference)).unwrap().value
+            let measured = MeasuredImage::new(&with(caustics(image)), &reference);
+            (FLIP_CAUSTICS.of)(&Seen::one(&measured, &measured_reference)).unwrap().value
         };
         images.iter().map(of).collect()
     };

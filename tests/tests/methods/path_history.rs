@@ -150,7 +150,7 @@ fn a_lamp_that_goes_out_leaves_no_ghost() {
     }
 }
 
-/// What the history keeps of the light of scenes where something moves, over that without, and its squared error to the truth. One
+/// What the history keeps of the light of scenes where something moves, over that without, and its squared error to the reference. One
 /// has a lamp whose light is noise; in the others direct light has next to none, and the edges of shadows that move may blur.
 #[test]
 fn what_moves_keeps_its_light() {
@@ -165,14 +165,14 @@ fn what_moves_keeps_its_light() {
     ];
     for ((name, scene), max_error) in scenes {
         let (frames, seeds) = (16, 4);
-        let truth = truth(&scene, 128, frames);
+        let reference = reference(&scene, 128, frames);
         let (mut energies, mut errors) = (Vec::new(), [0.0; 2]);
         for seed in 0..seeds {
             let [none, kept] = ALL.map(|of| animation(&scene, &settings(of, seed), frames));
             let energy = |frames: &[Vec<Vec3>]| frames.iter().map(|layer| total(layer)).sum::<f64>();
             energies.push(energy(&kept) / energy(&none));
             for (error, run) in errors.iter_mut().zip([&none, &kept]) {
-                *error += squares(&run[frames as usize - 1], &truth);
+                *error += squares(&run[frames as usize - 1], &reference);
             }
         }
         let (energy, error) = (Mean::from_samples(&energies), errors[1] / errors[0]);
@@ -183,7 +183,7 @@ fn what_moves_keeps_its_light() {
 }
 
 /// The light of the last frame, over whole pixels.
-fn truth(scene: &Scene, samples: u32, frames: u32) -> Vec<Vec3> {
+fn reference(scene: &Scene, samples: u32, frames: u32) -> Vec<Vec3> {
     let mut scene = scene.clone();
     scene.pose(f64::from(frames - 1) / FPS).expect("a pose");
     let settings = Settings {
@@ -201,8 +201,8 @@ fn truth(scene: &Scene, samples: u32, frames: u32) -> Vec<Vec3> {
 }
 
 /// Sum of squared differences of what displays can show: brighter than that are lamps alone.
-fn squares(layer: &[Vec3], truth: &[Vec3]) -> f64 {
-    let pairs = layer.iter().zip(truth);
+fn squares(layer: &[Vec3], reference: &[Vec3]) -> f64 {
+    let pairs = layer.iter().zip(reference);
     pairs.map(|(a, b)| f64::from((a.min(Vec3::ONE) - b.min(Vec3::ONE)).length_squared())).sum()
 }
 

@@ -88,14 +88,17 @@ fn pixels(layer: &[Vec3], settings: &Settings) -> Pixels {
 /// FLIP of every frame of each history, against frames of very many light paths.
 fn errors(scene: &Scene, settings: &Settings, count: u32) -> Vec<(&'static str, Vec<f64>)> {
     let many = Settings { light_paths: 64 * settings.light_paths, seed: 5, ..settings.clone() };
-    let truth = animation(scene, &many, &NONE, count);
-    let flip = |layer: &[Vec3], truth: &[Vec3]| {
-        flip_ldr(&pixels(layer, settings), &pixels(truth, settings), Encoding::Linear, 0.0, 67.0).mean()
+    let reference = animation(scene, &many, &NONE, count);
+    let flip = |layer: &[Vec3], reference: &[Vec3]| {
+        flip_ldr(&pixels(layer, settings), &pixels(reference, settings), Encoding::Linear, 0.0, 67.0).mean()
     };
     ALL.iter()
         .map(|history| {
             let layers = animation(scene, settings, history, count);
-            (history.name, layers.iter().zip(&truth).map(|(layer, truth)| flip(layer, truth)).collect())
+            (
+                history.name,
+                layers.iter().zip(&reference).map(|(layer, reference)| flip(layer, reference)).collect(),
+            )
         })
         .collect()
 }

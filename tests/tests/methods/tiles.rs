@@ -17,8 +17,8 @@ use caustics_kernels::method::kim2019::KIM2019;
 use caustics_kernels::method::path::PATH;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::method::yang2021::YANG2021;
+use caustics_tests::parity::load;
 use caustics_tests::statistics::Mean;
-use caustics_tests::twin::load;
 use glam::Vec3;
 
 /// Images of 45 rows: five tiles of nine, or four, of twelve and of nine at the end.

@@ -72,7 +72,7 @@ fn ball() -> Scene {
 }
 
 /// The mean of frames of progressive photon mapping.
-fn truth(scene: &Scene, settings: &Settings, frames: u32) -> RenderedImage {
+fn reference(scene: &Scene, settings: &Settings, frames: u32) -> RenderedImage {
     let mut all = render(scene, settings, &PROGRESSIVE, frames).into_iter().map(|(image, _)| image);
     let mut mean = all.next().expect("a frame");
     for image in all {
@@ -84,10 +84,18 @@ fn truth(scene: &Scene, settings: &Settings, frames: u32) -> RenderedImage {
     mean
 }
 
-/// The energy of a whole caustic, seen directly, is that of the truth, with the map that every frame has: uniform at
+/// The energy of a whole caustic, seen directly, is that of the reference, with the map that every frame has: uniform at
 /// first, adapted later. 2 % is what is asked for.
-fn conserves_energy(scene: &Scene, width: u32, height: u32, paths: u32, truth_paths: u32, truth_frames: u32) {
-    let reference = render(scene, &settings(width, height, truth_paths, 77), &PROGRESSIVE, truth_frames);
+fn conserves_energy(
+    scene: &Scene,
+    width: u32,
+    height: u32,
+    paths: u32,
+    reference_paths: u32,
+    reference_frames: u32,
+) {
+    let reference =
+        render(scene, &settings(width, height, reference_paths, 77), &PROGRESSIVE, reference_frames);
     let reference: Vec<f64> = reference.iter().map(|(image, _)| directly_seen(image)).collect();
     let reference = Mean::from_samples(&reference);
     assert!(reference.error < 0.005 * reference.value, "the test has lost its sharpness: {reference:?}");
@@ -101,10 +109,10 @@ fn conserves_energy(scene: &Scene, width: u32, height: u32, paths: u32, truth_pa
         later.push(mean);
     }
     let (first, later) = (Mean::from_samples(&first), Mean::from_samples(&later));
-    println!("truth {reference:?}, first {first:?}, later {later:?}");
+    println!("reference {reference:?}, first {first:?}, later {later:?}");
     // Four frames of one seed may have a noise of 1.5 %, four seeds have half of that.
     assert!(later.error < 0.01, "the test has lost its sharpness: {later:?}");
-    assert!((later.value - 1.0).abs() < 0.02, "{later:?} of the truth");
+    assert!((later.value - 1.0).abs() < 0.02, "{later:?} of the reference");
     assert!((first.value - 1.0).abs() < 0.02 + 3.0 * first.error, "{first:?}");
 }
 
@@ -113,11 +121,11 @@ fn energy_behind_a_lens_is_the_truths() {
     conserves_energy(&ball(), 320, 180, 65_536, 262_144, 8);
 }
 
-/// FLIP of the caustics, in place, frame by frame against the truth.
+/// FLIP of the caustics, in place, frame by frame against the reference.
 #[test]
 fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
     let scene = ball();
-    let reference = truth(&scene, &settings(240, 135, 262_144, 99), 48);
+    let reference = reference(&scene, &settings(240, 135, 262_144, 99), 48);
     let measured_reference = MeasuredImage::new(&reference, &reference);
     let flip = |method| {
         let frames = render(&scene, &settings(240, 135, 32_768, 5), method, 8);
@@ -365,7 +373,7 @@ mod long {
     }
 
     /// Several lamps, each with a map of its own: a spot and a directional light. Few of their paths meet a caster, so that a
-    /// frame of the truth has a noise of 2.5 %, and more with a bright path through the coarse ball: 48 frames leave 0.4 %.
+    /// frame of the reference has a noise of 2.5 %, and more with a bright path through the coarse ball: 48 frames leave 0.4 %.
     #[test]
     #[ignore = "ten million light paths: ten seconds and more"]
     fn energy_of_several_lamps_is_the_truths() {

@@ -49,7 +49,7 @@ pub fn missing(
     }
     if let Some(first) = damaged.first() {
         let count = damaged.len();
-        tell!("warning: {first} is damaged and rendered anew; {count} of the frames that are there are");
+        message!("warning: {first} is damaged and rendered anew; {count} of the frames that are there are");
     }
     Ok(missing)
 }

@@ -17,7 +17,7 @@ use super::record::Record;
 use super::state::{self, State};
 use crate::command::aov;
 use crate::command::bar::bar;
-use crate::command::keeper::Keeper;
+use crate::command::checkpoint_writer::CheckpointWriter;
 
 /// An animation in the making.
 pub struct Run {
@@ -34,7 +34,7 @@ pub struct Run {
     /// The frame that scene and session stand at.
     pub posed: Option<u32>,
     /// Whether what a history reuses is on disk.
-    pub keeper: Keeper,
+    pub checkpoint_writer: CheckpointWriter,
 }
 
 impl Run {
@@ -110,7 +110,7 @@ impl Run {
             let stop = is_interrupted();
             if let Some(last) = last.filter(|_| stop || saved.elapsed() >= self.plan.every) {
                 let kept = self.save(last, &path);
-                self.keeper.keep(kept);
+                self.checkpoint_writer.keep(kept);
                 saved = Instant::now();
             }
             if stop {

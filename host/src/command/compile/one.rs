@@ -12,7 +12,7 @@ use caustics_kernels::interface::features::Features;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::Usage;
-use crate::command::say::say;
+use crate::command::console::print;
 
 /// What a process that compiled an entry point prints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +43,6 @@ pub fn run(one: &str, device: Option<&str>, modules: &Modules) -> anyhow::Result
     let start = Instant::now();
     let executables = compile(&module, entry, features)?;
     let compile_ms = start.elapsed().as_secs_f64() * 1.0e3;
-    say(serde_json::to_string(&Compiled { compile_ms, executables })?)?;
+    print(serde_json::to_string(&Compiled { compile_ms, executables })?)?;
     Ok(ExitCode::SUCCESS)
 }

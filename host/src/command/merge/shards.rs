@@ -80,7 +80,7 @@ pub fn join(options: &Merge, target: Target) -> anyhow::Result<()> {
     let variance = sums.variance().map(|variance| (variance, sums.frames()));
     target.finish(&exr::encode(&image, variance, &attributes)?)?;
     let (out, frames, count) = (options.output.display(), sums.frames(), parts.len());
-    tell!("{out}: the mean of {frames} frames from {count} shards");
+    message!("{out}: the mean of {frames} frames from {count} shards");
     Ok(())
 }
 

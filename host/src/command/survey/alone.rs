@@ -22,7 +22,7 @@ pub struct Ended {
 impl Ended {
     /// Why it did not do what it should.
     pub fn fault(&self) -> Option<String> {
-        let said = || self.stderr.lines().rev();
+        let last_lines = || self.stderr.lines().rev();
         match self.status {
             None => Some(format!("takes more than {:.0} s", self.limit.as_secs_f64())),
             Some(status) if status.success() => None,
@@ -30,8 +30,8 @@ impl Ended {
                 Some(format!("its process was killed ({status}), perhaps for its memory"))
             }
             Some(status) => {
-                let panic = said().find(|line| line.contains("panicked at"));
-                let error = said().find_map(|line| line.strip_prefix("error: "));
+                let panic = last_lines().find(|line| line.contains("panicked at"));
+                let error = last_lines().find_map(|line| line.strip_prefix("error: "));
                 Some(panic.or(error).map_or_else(|| format!("ends with {status}"), Into::into))
             }
         }

@@ -11,19 +11,19 @@ use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, watch};
 use tokio::task::spawn_blocking;
 
+use super::control_token::RegisteredPage;
 use super::line::Line;
 use super::look::Look;
 use super::packet::packet;
-use super::shared::{Asked, Content, Shared};
+use super::request::Message;
+use super::shared::{Content, Query, Shared};
 use super::site::Site;
-use super::wheel::Seat;
-use super::wish::Message;
 
 /// Words that wait for being sent, at most; more are dropped.
 const MAX_WORDS: usize = 32;
 
 /// Serves a page until it is gone.
-pub async fn run(socket: WebSocket, site: Arc<Site>, seat: Seat) {
+pub async fn run(socket: WebSocket, site: Arc<Site>, page: RegisteredPage) {
     site.shared.look_on(true);
     let (sink, stream) = socket.split();
     let (words, to_send) = mpsc::channel(MAX_WORDS);
@@ -32,8 +32,8 @@ pub async fn run(socket: WebSocket, site: Arc<Site>, seat: Seat) {
     let (shown, was_shown) = watch::channel(0);
     // Whichever ends first ends the other.
     tokio::select! {
-        () = listen(stream, &site.shared, &seat, words, shown) => {}
-        _ = speak(sink, &site, &seat, to_send, was_shown) => {}
+        () = listen(stream, &site.shared, &page, words, shown) => {}
+        _ = speak(sink, &site, &page, to_send, was_shown) => {}
     }
     site.shared.look_on(false);
 }
@@ -42,7 +42,7 @@ pub async fn run(socket: WebSocket, site: Arc<Site>, seat: Seat) {
 async fn listen(
     mut stream: SplitStream<WebSocket>,
     shared: &Arc<Shared>,
-    seat: &Seat,
+    page: &RegisteredPage,
     words: mpsc::Sender<String>,
     shown: watch::Sender<u64>,
 ) {
@@ -60,20 +60,22 @@ async fn listen(
                 None
             }
             Ok(Message::Wheel) => {
-                seat.take();
+                page.take_control();
                 None
             }
-            Ok(_) if !seat.steers() => Some(json!({ "is": "error", "what": "another page is at the wheel" })),
+            Ok(_) if !page.has_control() => {
+                Some(json!({ "is": "error", "what": "another page is at the wheel" }))
+            }
             Ok(Message::Pick { x, y }) => {
-                answer(shared, "picked", Asked::Pick([x, y]), words.clone());
+                answer(shared, "picked", Query::Pick([x, y]), words.clone());
                 None
             }
             Ok(Message::Inspect { x, y }) => {
-                answer(shared, "inspected", Asked::Inspect([x, y]), words.clone());
+                answer(shared, "inspected", Query::Inspect([x, y]), words.clone());
                 None
             }
             Ok(Message::Node { node }) => {
-                answer(shared, "node", Asked::Node(node), words.clone());
+                answer(shared, "node", Query::Node(node), words.clone());
                 None
             }
             Ok(message) => shared.take(&message).err().map(|what| json!({ "is": "error", "what": what })),
@@ -87,10 +89,10 @@ async fn listen(
 }
 
 /// Asks the renderer, and sends its answer when it comes.
-fn answer(shared: &Arc<Shared>, is: &'static str, asked: Asked, words: mpsc::Sender<String>) {
-    let asked = shared.ask(asked);
+fn answer(shared: &Arc<Shared>, is: &'static str, query: Query, words: mpsc::Sender<String>) {
+    let query = shared.ask(query);
     tokio::spawn(async move {
-        let answer = match asked {
+        let answer = match query {
             // One that is not asked for any more is not made.
             Ok(answer) => tokio::select! {
                 answer = answer => answer.unwrap_or_else(|_| Err("the program ends".into())),
@@ -124,13 +126,13 @@ struct Sent {
 async fn speak(
     mut sink: SplitSink<WebSocket, Packet>,
     site: &Site,
-    seat: &Seat,
+    page: &RegisteredPage,
     mut words: mpsc::Receiver<String>,
     mut was_shown: watch::Receiver<u64>,
 ) -> Option<()> {
     let shared = &site.shared;
     let mut status = shared.status.subscribe();
-    let mut holder = seat.changes();
+    let mut holder = page.changes();
     let mut look = shared.look.subscribe();
     let [mut own, mut other] = [0, 1].map(|side: usize| shared.frames[side].subscribe());
     status.mark_changed();
@@ -180,7 +182,7 @@ async fn speak(
             changed = holder.changed() => {
                 changed.ok()?;
                 holder.mark_unchanged();
-                let word = json!({ "is": "wheel", "steers": seat.steers(), "pages": seat.pages() });
+                let word = json!({ "is": "wheel", "steers": page.has_control(), "pages": page.pages() });
                 sink.send(Packet::text(word.to_string())).await.ok()?;
             }
             changed = was_shown.changed() => {

@@ -6,7 +6,7 @@ use caustics::scene::{CameraChoice, CameraEdit, Edits, Eye, FileNode, Key, Scene
 use glam::DAffine3;
 use serde::Serialize;
 
-use super::wish::NodeEdits;
+use super::request::NodeEdits;
 use crate::cli::Viewer;
 use crate::command::open::staged;
 
@@ -20,9 +20,9 @@ pub struct Edited {
     keys: Vec<Key>,
 }
 
-/// What a page is told of a node.
+/// Description of a node for a page.
 #[derive(Clone, Debug, Serialize)]
-pub struct Told {
+pub struct NodeInfo {
     index: usize,
     name: String,
     /// Its own transform, as it is edited.
@@ -84,8 +84,8 @@ impl Edited {
         &self.nodes
     }
 
-    /// What a page is told of a node at a time (s); none if the file has no such node.
-    pub fn told(&self, node: usize, time: f64) -> Option<Told> {
+    /// Description of a node for a page at a time (s); none if the file has no such node.
+    pub fn node_info(&self, node: usize, time: f64) -> Option<NodeInfo> {
         let tree = self.scene.node_tree();
         let of_file = tree.iter().find(|of_file| of_file.index == node)?;
         let edit = self.nodes.get(&node).cloned().unwrap_or_default();
@@ -93,7 +93,7 @@ impl Edited {
             .parent
             .map_or(Some(DAffine3::IDENTITY), |parent| self.scene.node_to_world(parent, time))?;
         let to_world = self.scene.node_to_world(node, time)?;
-        Some(Told {
+        Some(NodeInfo {
             index: node,
             name: label(of_file),
             translation: edit.translation.unwrap_or(of_file.translation.to_array()),

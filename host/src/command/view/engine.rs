@@ -15,28 +15,28 @@ use caustics_kernels::method::path::PATH;
 
 use super::distance::Distance;
 use super::edited::{Edited, camera_edit};
-use super::lane::{JobConfiguration, Lane};
 use super::look::{Layer, Shown, suiting};
 use super::pace::Pace;
 use super::recording::Recording;
+use super::render_job::{JobConfiguration, RenderJob};
+use super::request::{Against, ViewRequest, still};
 use super::save;
 use super::share::Share;
 use super::shared::{Frame, Next, Shared};
-use super::status::{self, Said};
-use super::wish::{Against, Wish, still};
+use super::status::{self, Status};
 use crate::cli::Viewer;
-use crate::command::say::told;
+use crate::command::console::error_chain;
 
 /// Least time between images of what stands still; making them takes at most one part in so many of the time.
 const SHOW_EVERY: Duration = Duration::from_millis(60);
 const SHOWS: u32 = 8;
 /// Least time between looks for new kernels.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// Least time between words.
-const SAY_EVERY: Duration = Duration::from_millis(100);
+/// Minimum time between two statuses.
+const STATUS_EVERY: Duration = Duration::from_millis(100);
 /// Least time between failures that are told outside of the pages.
 const WARN_EVERY: Duration = Duration::from_secs(1);
-/// Time that is waited after a failure, unless another wish comes.
+/// Time that is waited after a failure, unless another view request comes.
 const AFTER_FAILURE: Duration = Duration::from_secs(2);
 
 /// Renders what is wanted.
@@ -45,18 +45,18 @@ pub struct Engine<'a> {
     options: &'a Viewer,
     edited: Edited,
     /// What renders while something moves, and its size.
-    moving: Option<Lane>,
+    moving: Option<RenderJob>,
     pace: Pace,
     /// What converges: the image, and what it is held against.
-    still: [Option<Lane>; 2],
-    /// What the lanes that converge stand at: text of the camera and the time; none since something moved.
+    still: [Option<RenderJob>; 2],
+    /// What the render jobs that converge stand at: text of the camera and the time; none since something moved.
     stands: Option<String>,
     /// The camera and the time of the last frame.
     camera: Option<SceneCamera>,
     time: f64,
     serial: u64,
     shows: Share,
-    said: Option<Instant>,
+    status_sent: Option<Instant>,
     /// The exposure that suits the image (stops).
     suits: Option<f64>,
     distance: Distance,
@@ -88,7 +88,7 @@ impl<'a> Engine<'a> {
             time: 0.0,
             serial: 0,
             shows: Share::new(SHOWS, SHOW_EVERY),
-            said: None,
+            status_sent: None,
             suits: None,
             distance: Distance::new(),
             kernels: match options.machine.source() {
@@ -109,30 +109,30 @@ impl<'a> Engine<'a> {
         loop {
             match self.shared.next() {
                 Next::End => return,
-                Next::Answer(asked, answer) => {
+                Next::Answer(query, answer) => {
                     // Whoever asked may be gone.
-                    let _ = answer.send(self.answer(&asked));
+                    let _ = answer.send(self.answer(&query));
                 }
-                Next::Words(wish) => {
+                Next::Words(request) => {
                     // The layer needs more of the mean than others.
-                    if self.stands.is_some() && wish.look.layer == Layer::Variance {
-                        (0..2).for_each(|side| self.show_mean(side, &wish));
+                    if self.stands.is_some() && request.look.layer == Layer::Variance {
+                        (0..2).for_each(|side| self.show_mean(side, &request));
                     }
-                    self.said = None;
-                    self.say(&wish, None);
+                    self.status_sent = None;
+                    self.send_status(&request, None);
                 }
-                Next::Frame(wish) => {
-                    if let Err(error) = self.frame(&wish) {
+                Next::Frame(request) => {
+                    if let Err(error) = self.frame(&request) {
                         // A session that failed is opened anew.
                         (self.moving, self.still, self.stands) = (None, [None, None], None);
-                        let message = told(&error);
-                        // Until another wish comes it fails again; a page may have very many that fail.
+                        let message = error_chain(&error);
+                        // Until another view request comes it fails again; a page may have very many that fail.
                         let now = Instant::now();
                         if self.failed.as_ref() != Some(&message) && self.warns.is_due(now) {
                             self.warns.spent(now, now);
-                            tell!("warning: {message}");
+                            message!("warning: {message}");
                         }
-                        self.say(&wish, Some(&message));
+                        self.send_status(&request, Some(&message));
                         self.failed = Some(message);
                         self.shared.rest(AFTER_FAILURE);
                     } else {
@@ -143,40 +143,40 @@ impl<'a> Engine<'a> {
         }
     }
 
-    fn frame(&mut self, wish: &Wish) -> anyhow::Result<()> {
+    fn frame(&mut self, request: &ViewRequest) -> anyhow::Result<()> {
         let now = Instant::now();
         self.take_new_kernels(now);
-        if self.edited.bring(self.options, &wish.nodes)? {
+        if self.edited.bring(self.options, &request.nodes)? {
             (self.moving, self.still, self.stands) = (None, [None, None], None);
         }
-        let time = wish.time_at(now, self.edited.scene.duration());
+        let time = request.time_at(now, self.edited.scene.duration());
         self.time = time;
-        if wish.moves(now) {
+        if request.moves(now) {
             self.stands = None;
             self.distance.forget();
             self.edited.scene.pose(time)?;
-            let camera = self.camera(wish)?;
-            self.follow(wish, &camera)
+            let camera = self.camera(request)?;
+            self.follow(request, &camera)
         } else {
-            let stands = format!("{:?} {time}", wish.camera);
+            let stands = format!("{:?} {time}", request.camera);
             let begins = self.stands.as_ref() != Some(&stands);
             if begins {
                 self.edited.scene.pose(time)?;
             }
-            let camera = self.camera(wish)?;
-            // While lanes are brought there, they are not known to stand anywhere.
+            let camera = self.camera(request)?;
+            // While render jobs are brought there, they are not known to stand anywhere.
             self.stands = None;
             let mut side = 0;
-            for (other, cell) in self.sides(wish).into_iter().enumerate() {
-                self.bring(other, cell, wish, &camera, begins)?;
+            for (other, cell) in self.sides(request).into_iter().enumerate() {
+                self.bring(other, cell, request, &camera, begins)?;
                 // In turns of the same time.
-                let wall = |lane: &Option<Lane>| lane.as_ref().map(|lane| lane.report.wall);
+                let wall = |job: &Option<RenderJob>| job.as_ref().map(|job| job.report.wall);
                 if wall(&self.still[other]).is_some_and(|wall_of| Some(wall_of) < wall(&self.still[side])) {
                     side = other;
                 }
             }
             self.stands = Some(stands);
-            self.converge(side, wish)
+            self.converge(side, request)
         }
     }
 
@@ -188,14 +188,14 @@ impl<'a> Engine<'a> {
         self.looked = now;
         if self.kernels.as_mut().is_some_and(Watch::has_new) {
             (self.moving, self.still, self.stands) = (None, [None, None], None);
-            tell!("new kernels");
+            message!("new kernels");
         }
     }
 
     /// How to render the image, and what it is held against.
-    fn sides(&self, wish: &Wish) -> [Option<Cell>; 2] {
-        let [own, other] = &wish.cells;
-        let against = match wish.against {
+    fn sides(&self, request: &ViewRequest) -> [Option<Cell>; 2] {
+        let [own, other] = &request.cells;
+        let against = match request.against {
             Against::Nothing => None,
             Against::Other => Some(still(other)),
             Against::Reference => {
@@ -211,9 +211,9 @@ impl<'a> Engine<'a> {
     }
 
     /// The camera that is wanted.
-    fn camera(&mut self, wish: &Wish) -> anyhow::Result<SceneCamera> {
-        let [width, height] = wish.size.map(f64::from);
-        let camera = match &wish.camera {
+    fn camera(&mut self, request: &ViewRequest) -> anyhow::Result<SceneCamera> {
+        let [width, height] = request.size.map(f64::from);
+        let camera = match &request.camera {
             CameraChoice::Placed(viewpoint) => {
                 // A placed camera's name speaks of the file's coordinates, the tables of those around the origin.
                 self.edited.scene.additions.insert("origin", self.edited.scene.origin.to_string());
@@ -230,35 +230,35 @@ impl<'a> Engine<'a> {
     }
 
     /// Renders a frame of what moves.
-    fn follow(&mut self, wish: &Wish, camera: &SceneCamera) -> anyhow::Result<()> {
-        let cell = wish.cells[0].clone().effective();
-        let size = self.pace.size(wish.size, wish.target_fps);
+    fn follow(&mut self, request: &ViewRequest, camera: &SceneCamera) -> anyhow::Result<()> {
+        let cell = request.cells[0].clone().effective();
+        let size = self.pace.size(request.size, request.target_fps);
         let configuration = self.configuration(cell, size, false);
-        if self.moving.as_ref().is_none_or(|lane| lane.key != configuration.key()) {
-            let was = self.moving.take().map(|lane| lane.configuration.cell.key());
+        if self.moving.as_ref().is_none_or(|job| job.key != configuration.key()) {
+            let was = self.moving.take().map(|job| job.configuration.cell.key());
             if was.is_some_and(|was| was != configuration.cell.key()) {
                 self.pace.forget();
             }
-            let mut lane = self.open(configuration, camera)?;
-            lane.stop_by(&self.shared.is_over);
-            self.moving = Some(lane);
+            let mut job = self.open(configuration, camera)?;
+            job.stop_by(&self.shared.is_over);
+            self.moving = Some(job);
         }
-        let lane = self.moving.as_mut().context("a session was opened")?;
-        lane.opened.session.pose(&self.edited.scene, camera)?;
+        let job = self.moving.as_mut().context("a session was opened")?;
+        job.opened.session.pose(&self.edited.scene, camera)?;
         // One that is stopped is the last.
-        let Some(took) = lane.frame()? else { return Ok(()) };
+        let Some(took) = job.frame()? else { return Ok(()) };
         self.pace.learn(size, took);
-        self.record(wish);
-        let lane = self.moving.as_mut().context("a session was opened")?;
-        let shown = Shown { image: lane.opened.session.image()?, ..Shown::default() };
-        self.show(0, 1, true, wish.at, shown);
-        self.say(wish, None);
+        self.record(request);
+        let job = self.moving.as_mut().context("a session was opened")?;
+        let shown = Shown { image: job.opened.session.image()?, ..Shown::default() };
+        self.show(0, 1, true, request.at, shown);
+        self.send_status(request, None);
         Ok(())
     }
 
     /// Records where all is, if that is wanted.
-    fn record(&mut self, wish: &Wish) {
-        if !wish.records {
+    fn record(&mut self, request: &ViewRequest) {
+        if !request.records {
             self.records = None;
             return;
         }
@@ -267,9 +267,9 @@ impl<'a> Engine<'a> {
         }
         let since = *self.records.get_or_insert_with(Instant::now);
         let was_full = self.recording.is_full();
-        self.recording.add(since.elapsed().as_secs_f64(), self.edited.nodes(), camera_edit(&wish.camera));
+        self.recording.add(since.elapsed().as_secs_f64(), self.edited.nodes(), camera_edit(&request.camera));
         if self.recording.is_full() && !was_full {
-            tell!("warning: the recording is full: what moves from now on is not recorded");
+            message!("warning: the recording is full: what moves from now on is not recorded");
         }
     }
 
@@ -278,7 +278,7 @@ impl<'a> Engine<'a> {
         &mut self,
         side: usize,
         cell: Option<Cell>,
-        wish: &Wish,
+        request: &ViewRequest,
         camera: &SceneCamera,
         begins: bool,
     ) -> anyhow::Result<()> {
@@ -289,18 +289,18 @@ impl<'a> Engine<'a> {
             }
             return Ok(());
         };
-        let configuration = self.configuration(cell, wish.size, true);
+        let configuration = self.configuration(cell, request.size, true);
         match &mut self.still[side] {
-            Some(lane) if lane.key == configuration.key() => {
+            Some(job) if job.key == configuration.key() => {
                 if begins {
-                    lane.restart(&self.edited.scene, camera)?;
+                    job.restart(&self.edited.scene, camera)?;
                 }
             }
-            lane => {
-                *lane = None;
-                let mut lane = self.open(configuration, camera)?;
-                lane.stop_by(&self.shared.stop);
-                self.still[side] = Some(lane);
+            job => {
+                *job = None;
+                let mut job = self.open(configuration, camera)?;
+                job.stop_by(&self.shared.stop);
+                self.still[side] = Some(job);
             }
         }
         Ok(())
@@ -311,42 +311,42 @@ impl<'a> Engine<'a> {
         JobConfiguration { cell, size, averages, features }
     }
 
-    fn open(&self, configuration: JobConfiguration, camera: &SceneCamera) -> anyhow::Result<Lane> {
-        Lane::open(configuration, &self.options.machine, &self.options.view, &self.edited.scene, camera)
+    fn open(&self, configuration: JobConfiguration, camera: &SceneCamera) -> anyhow::Result<RenderJob> {
+        RenderJob::open(configuration, &self.options.machine, &self.options.view, &self.edited.scene, camera)
     }
 
     /// Renders a frame of what converges.
-    fn converge(&mut self, side: usize, wish: &Wish) -> anyhow::Result<()> {
-        let lane = self.still[side].as_mut().context("a session was opened")?;
-        if lane.frame()?.is_none() {
-            // Another wish came meanwhile.
+    fn converge(&mut self, side: usize, request: &ViewRequest) -> anyhow::Result<()> {
+        let job = self.still[side].as_mut().context("a session was opened")?;
+        if job.frame()?.is_none() {
+            // Another view request came meanwhile.
             self.stands = None;
             return Ok(());
         }
-        lane.add()?;
+        job.add()?;
         let start = Instant::now();
-        if lane.sums.frames().is_power_of_two() || self.shows.is_due(start) {
-            self.show_mean(side, wish);
+        if job.sums.frames().is_power_of_two() || self.shows.is_due(start) {
+            self.show_mean(side, request);
             self.shows.spent(start, Instant::now());
-            self.measure(wish);
+            self.measure(request);
         }
-        self.say(wish, None);
+        self.send_status(request, None);
         Ok(())
     }
 
     /// Shows the mean of a side, if there is one.
-    fn show_mean(&mut self, side: usize, wish: &Wish) {
-        let lane = self.still[side].as_ref().filter(|lane| lane.sums.frames() > 0);
-        if let Some((samples, mean)) = lane.map(|lane| (lane.sums.frames(), lane.mean(wish.look.layer))) {
-            self.show(side, samples, false, wish.at, mean);
+    fn show_mean(&mut self, side: usize, request: &ViewRequest) {
+        let job = self.still[side].as_ref().filter(|job| job.sums.frames() > 0);
+        if let Some((samples, mean)) = job.map(|job| (job.sums.frames(), job.mean(request.look.layer))) {
+            self.show(side, samples, false, request.at, mean);
         }
     }
 
     /// Measures how far the sides are apart.
-    fn measure(&mut self, wish: &Wish) {
+    fn measure(&mut self, request: &ViewRequest) {
         let [Some(own), Some(other)] = &self.still else { return };
         if own.sums.frames() > 0 && other.sums.frames() > 0 {
-            let stops = wish.look.stops(self.suits.unwrap_or_default());
+            let stops = request.look.stops(self.suits.unwrap_or_default());
             self.distance.measure(|| [own.sums.mean(), other.sums.mean()], stops);
         }
     }
@@ -362,29 +362,31 @@ impl<'a> Engine<'a> {
         self.shared.frames[side].send_replace(Some(Arc::new(frame)));
     }
 
-    /// Tells the pages how things are.
-    fn say(&mut self, wish: &Wish, failure: Option<&str>) {
-        if failure.is_none() && self.said.is_some_and(|said| said.elapsed() < SAY_EVERY) {
+    /// Sends the status to the pages.
+    fn send_status(&mut self, request: &ViewRequest, failure: Option<&str>) {
+        if failure.is_none()
+            && self.status_sent.is_some_and(|status_sent| status_sent.elapsed() < STATUS_EVERY)
+        {
             return;
         }
-        self.said = Some(Instant::now());
-        let lane = if self.stands.is_some() { self.still[0].as_ref() } else { self.moving.as_ref() };
-        let said = Said {
+        self.status_sent = Some(Instant::now());
+        let job = if self.stands.is_some() { self.still[0].as_ref() } else { self.moving.as_ref() };
+        let status = Status {
             kept: &self.kept,
             scene: &self.edited.scene,
-            wish,
+            request,
             is_edited: self.edited.is_edited(),
             recorded: self.recording.len(),
             is_full: self.recording.is_full(),
             camera: self.camera.as_ref(),
             time: self.time,
             moves: self.stands.is_none(),
-            lane,
+            job,
             against: self.still[1].as_ref(),
             distance: self.distance.value.as_ref(),
-            stops: wish.look.stops(self.suits.unwrap_or_default()),
+            stops: request.look.stops(self.suits.unwrap_or_default()),
             failure,
         };
-        self.shared.status.send_replace(status::text(&said).into());
+        self.shared.status.send_replace(status::text(&status).into());
     }
 }

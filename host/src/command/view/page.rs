@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::edited::label;
 use super::look::Layer;
-use super::wish::Wish;
+use super::request::ViewRequest;
 
 const STYLE: &str = include_str!("page/view.css");
 /// Parts of the script, in the order in which they need each other.
@@ -34,12 +34,12 @@ pub struct Page {
 
 impl Page {
     /// The page of a scene; `run` tells this run of the program from others, and is a secret that marks the page's own script.
-    pub fn new(scene: &Scene, wish: &Wish, run: &str) -> Page {
+    pub fn new(scene: &Scene, request: &ViewRequest, run: &str) -> Page {
         let policy = format!(
             "default-src 'none'; script-src 'nonce-{run}'; style-src 'nonce-{run}'; img-src blob: data:; connect-src 'self'; \
              base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
         );
-        Page { html: document(scene, wish, run).into_string(), policy }
+        Page { html: document(scene, request, run).into_string(), policy }
     }
 
     /// The document.
@@ -53,7 +53,7 @@ impl Page {
     }
 }
 
-fn document(scene: &Scene, wish: &Wish, run: &str) -> Markup {
+fn document(scene: &Scene, request: &ViewRequest, run: &str) -> Markup {
     let [lower, upper] = scene.bounds;
     let distance = if lower == upper { 1.0 } else { 0.5 * lower.distance(upper) };
     let data = json!({ "scene": scene.name, "run": run, "distance": distance });
@@ -79,7 +79,7 @@ fn document(scene: &Scene, wish: &Wish, run: &str) -> Markup {
                 }
                 main {
                     (stage())
-                    (panel(scene, wish))
+                    (panel(scene, request))
                 }
                 script nonce=(run) { (PreEscaped(SCRIPT)) }
             }
@@ -114,12 +114,12 @@ fn stage() -> Markup {
 }
 
 /// What can be set, and what there is to know.
-fn panel(scene: &Scene, wish: &Wish) -> Markup {
+fn panel(scene: &Scene, request: &ViewRequest) -> Markup {
     html! {
         div .controls {
             section aria-label="View" {
                 h2 { "View" }
-                (field("camera", "Camera", &cameras(scene, wish)))
+                (field("camera", "Camera", &cameras(scene, request)))
                 (field("fov", "Field of view (degrees)", &html! { input #fov type="number" min="0.1" max="170" step="any" data-wheel; }))
                 (field("layer", "Layer", &select("layer", &Layer::ALL.map(|(_, name, description)| (name, description)))))
                 div .field {
@@ -129,7 +129,7 @@ fn panel(scene: &Scene, wish: &Wish) -> Markup {
                         label { input #auto type="checkbox" checked data-wheel; " auto" }
                     }
                 }
-                @if scene.is_animated() { (time(scene, wish)) }
+                @if scene.is_animated() { (time(scene, request)) }
                 (field("against", "Wipe against", &select("against", &AGAINST)))
                 table #distance hidden {}
             }
@@ -189,10 +189,10 @@ fn select(id: &str, options: &[(&str, &str)]) -> Markup {
     }
 }
 
-fn cameras(scene: &Scene, wish: &Wish) -> Markup {
+fn cameras(scene: &Scene, request: &ViewRequest) -> Markup {
     // One that was placed has options for its name.
     let of_file = scene.cameras.iter().filter(|camera| !camera.name.starts_with("--"));
-    let is_chosen = |name: &str| matches!(&wish.camera, CameraChoice::Named(chosen) if chosen == name);
+    let is_chosen = |name: &str| matches!(&request.camera, CameraChoice::Named(chosen) if chosen == name);
     html! {
         select #camera data-wheel {
             option value="" { "free" }
@@ -203,7 +203,7 @@ fn cameras(scene: &Scene, wish: &Wish) -> Markup {
     }
 }
 
-fn time(scene: &Scene, wish: &Wish) -> Markup {
+fn time(scene: &Scene, request: &ViewRequest) -> Markup {
     html! {
         div .field {
             label for="time" { "Time" }
@@ -212,7 +212,7 @@ fn time(scene: &Scene, wish: &Wish) -> Markup {
                 span #seconds .dim {}
             }
         }
-        input #time type="range" min="0" max=(scene.duration()) step="any" value=(wish.time) aria-label="Time (s)" data-wheel;
+        input #time type="range" min="0" max=(scene.duration()) step="any" value=(request.time) aria-label="Time (s)" data-wheel;
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use caustics::scene::{CameraEdit, Key, NodeEdit};
 
-use super::wish::NodeEdits;
+use super::request::NodeEdits;
 
 /// Translations, rotations, scales and cameras of a recording, about: ten minutes of a node that is dragged before a camera that moves, at
 /// 60 frames a second. They take at most 40 MB of memory and 20 MB in a file.

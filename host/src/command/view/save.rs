@@ -11,14 +11,14 @@ use clap::CommandFactory;
 use clap::parser::ValueSource;
 
 use super::edited::FILE;
-use super::lane::Lane;
-use super::wish::Wish;
+use super::render_job::RenderJob;
+use super::request::ViewRequest;
 use crate::cli::Cli;
 use crate::command::identity::{attributes, end, identity};
 
-/// The EXR file of what a lane has summed: that of `render`, byte for byte but for the seconds that it took.
-pub fn exr(lane: &Lane, scene: &Scene, camera: &str, file: &Path) -> anyhow::Result<Vec<u8>> {
-    let Lane { opened, settings, sums, configuration, report, .. } = lane;
+/// The EXR file of what a render job has summed: that of `render`, byte for byte but for the seconds that it took.
+pub fn exr(job: &RenderJob, scene: &Scene, camera: &str, file: &Path) -> anyhow::Result<Vec<u8>> {
+    let RenderJob { opened, settings, sums, configuration, report, .. } = job;
     let session = &opened.session;
     let identity =
         identity(scene, camera, settings, configuration.cell.method, opened.gather, &opened.choice, session);
@@ -72,7 +72,7 @@ pub fn kept() -> Vec<String> {
     words
 }
 
-/// What of an image is not in the wish.
+/// What of an image is not in the view request.
 pub struct Shot<'a> {
     /// Name of the camera.
     pub camera: &'a str,
@@ -90,7 +90,7 @@ pub struct Shot<'a> {
 
 /// The command that renders an image again, with the same bits: `kept` of the command line, and what the page decided. None if
 /// no command can say it: the camera's name has a NUL.
-pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> Option<String> {
+pub fn command(kept: &[String], request: &ViewRequest, cell: &Cell, shot: &Shot<'_>) -> Option<String> {
     let Shot { camera, is_edited, time, frames, stops, is_staged } = *shot;
     let mut words = vec!["caustics".to_string(), "render".into()];
     words.extend_from_slice(kept);
@@ -102,7 +102,7 @@ pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> Op
     if is_edited {
         words.push(shell::option("edits", FILE)?);
     }
-    match wish.camera {
+    match request.camera {
         CameraChoice::Placed(_) if is_edited => {}
         // Its name is the options that place it.
         CameraChoice::Placed(_) => {
@@ -111,7 +111,7 @@ pub fn command(kept: &[String], wish: &Wish, cell: &Cell, shot: &Shot<'_>) -> Op
         CameraChoice::Named(_) | CameraChoice::First if camera == Recorded::NAME => {}
         CameraChoice::Named(_) | CameraChoice::First => words.push(shell::option("camera", camera)?),
     }
-    let [width, height] = wish.size;
+    let [width, height] = request.size;
     let mut options = vec![("width".to_string(), width.to_string()), ("height".into(), height.to_string())];
     if time != 0.0 {
         options.push(("time".into(), time.to_string()));

@@ -14,9 +14,9 @@ use axum::{Extension, Router};
 use caustics::scene::EditsError;
 use futures_util::stream;
 
+use super::accept::ConnectionHandle;
 use super::connection;
-use super::door::Badge;
-use super::shared::{Asked, Content};
+use super::shared::{Content, Query};
 use super::site::Site;
 
 /// Longest message of a page (bytes).
@@ -44,12 +44,12 @@ pub fn router(site: Arc<Site>) -> Router {
 /// Refuses requests without the token, and forbids what a page of this server never needs.
 async fn guarded(
     State(site): State<Arc<Site>>,
-    Extension(badge): Extension<Badge>,
+    Extension(handle): Extension<ConnectionHandle>,
     request: Request,
     next: Next,
 ) -> Response {
     let refusal = site.guard.refuses(request.uri(), request.headers());
-    let refusal = refusal.or_else(|| (!badge.show_token()).then_some(TOO_MANY));
+    let refusal = refusal.or_else(|| (!handle.show_token()).then_some(TOO_MANY));
     let mut response = match refusal {
         // Neither another request nor a body is waited for.
         Some(refusal) => ([(header::CONNECTION, "close")], refusal).into_response(),
@@ -83,37 +83,37 @@ async fn connect(State(site): State<Arc<Site>>, headers: HeaderMap, upgrade: Web
     if !headers.contains_key(header::ORIGIN) {
         return (StatusCode::FORBIDDEN, "a connection is for this server's page").into_response();
     }
-    let Some(seat) = site.wheel.sit(MAX_PAGES) else {
+    let Some(page) = site.control_token.register(MAX_PAGES) else {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many pages look on").into_response();
     };
     let upgrade = upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE);
-    upgrade.on_upgrade(move |socket| connection::run(socket, site, seat))
+    upgrade.on_upgrade(move |socket| connection::run(socket, site, page))
 }
 
 async fn exr(State(site): State<Arc<Site>>) -> Response {
-    file(&site, Asked::Exr, "image/x-exr").await
+    file(&site, Query::Exr, "image/x-exr").await
 }
 
 async fn png(State(site): State<Arc<Site>>) -> Response {
-    file(&site, Asked::Png, "image/png").await
+    file(&site, Query::Png, "image/png").await
 }
 
 async fn edits(State(site): State<Arc<Site>>) -> Response {
-    file(&site, Asked::Edits, "application/toml").await
+    file(&site, Query::Edits, "application/toml").await
 }
 
 async fn recording(State(site): State<Arc<Site>>) -> Response {
-    file(&site, Asked::Recording, "application/toml").await
+    file(&site, Query::Recording, "application/toml").await
 }
 
 /// A file that the renderer makes, sent piece by piece.
-async fn file(site: &Site, asked: Asked, kind: &'static str) -> Response {
+async fn file(site: &Site, query: Query, kind: &'static str) -> Response {
     let failed = |error: String| (StatusCode::SERVICE_UNAVAILABLE, error).into_response();
     // Held until all is sent: readers that are slow keep few files in memory.
     let Ok(permit) = Arc::clone(&site.files).acquire_owned().await else {
         return failed("the program ends".into());
     };
-    let content = match site.shared.ask(asked) {
+    let content = match site.shared.ask(query) {
         Ok(answer) => answer.await.unwrap_or_else(|_| Err("the program ends".into())),
         Err(error) => Err(error),
     };

@@ -1,4 +1,4 @@
-//! What the renderer and the connections of pages share. Nothing in it grows: a wish is one, whatever the number of messages that
+//! What the renderer and the connections of pages share. Nothing in it grows: a view request is one, whatever the number of messages that
 //! made it, and of images and words only the latest is kept.
 
 use std::collections::VecDeque;
@@ -10,10 +10,10 @@ use caustics::scene::Edits;
 use tokio::sync::{oneshot, watch};
 
 use super::look::{Look, Shown};
-use super::wish::{Message, Wish};
+use super::request::{Message, ViewRequest};
 
-/// What pages ask the renderer for and have not got yet, at most.
-const MAX_REQUESTS: usize = 8;
+/// Maximum number of unanswered queries of pages.
+const MAX_QUERIES: usize = 8;
 
 /// An image for pages.
 #[derive(Debug)]
@@ -30,9 +30,9 @@ pub struct Frame {
     pub shown: Shown,
 }
 
-/// What a page asks the renderer for between frames.
+/// A query of a page, which the renderer answers between frames.
 #[derive(Debug)]
-pub enum Asked {
+pub enum Query {
     /// The image as an EXR file.
     Exr,
     /// The image as a PNG file.
@@ -62,10 +62,10 @@ pub enum Content {
 pub type Answer = Result<Content, String>;
 
 struct State {
-    wish: Wish,
+    request: ViewRequest,
     onlookers: usize,
-    asked: VecDeque<(Asked, oneshot::Sender<Answer>)>,
-    /// Whether the renderer has not seen the wish as it is.
+    queries: VecDeque<(Query, oneshot::Sender<Answer>)>,
+    /// Whether the renderer has not seen the view request as it is.
     is_new: bool,
 }
 
@@ -90,19 +90,19 @@ pub enum Next {
     /// To end.
     End,
     /// An answer to a page.
-    Answer(Asked, oneshot::Sender<Answer>),
+    Answer(Query, oneshot::Sender<Answer>),
     /// A frame.
-    Frame(Box<Wish>),
+    Frame(Box<ViewRequest>),
     /// Words alone: nothing is to be rendered.
-    Words(Box<Wish>),
+    Words(Box<ViewRequest>),
 }
 
 impl Shared {
-    /// With a wish to begin with, and nobody who looks on.
-    pub fn new(wish: Wish) -> Arc<Shared> {
-        let look = watch::Sender::new(wish.look);
+    /// With a view request to begin with, and nobody who looks on.
+    pub fn new(request: ViewRequest) -> Arc<Shared> {
+        let look = watch::Sender::new(request.look);
         Arc::new(Shared {
-            state: Mutex::new(State { wish, onlookers: 0, asked: VecDeque::new(), is_new: true }),
+            state: Mutex::new(State { request, onlookers: 0, queries: VecDeque::new(), is_new: true }),
             changed: Condvar::new(),
             stop: Arc::default(),
             is_over: Arc::default(),
@@ -117,9 +117,9 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The wish as it is.
-    pub fn wish(&self) -> Wish {
-        self.state().wish.clone()
+    /// The view request as it is.
+    pub fn request(&self) -> ViewRequest {
+        self.state().request.clone()
     }
 
     /// Does what a message says.
@@ -129,12 +129,12 @@ impl Shared {
     /// What is wrong with it, for people.
     pub fn take(&self, message: &Message) -> Result<(), String> {
         let mut state = self.state();
-        let outdates = state.wish.take(message)?;
+        let outdates = state.request.take(message)?;
         state.is_new = true;
         if outdates {
             self.stop.store(true, Ordering::Relaxed);
         }
-        self.look.send_if_modified(|look| std::mem::replace(look, state.wish.look) != state.wish.look);
+        self.look.send_if_modified(|look| std::mem::replace(look, state.request.look) != state.request.look);
         self.changed.notify_all();
         Ok(())
     }
@@ -144,14 +144,14 @@ impl Shared {
     /// # Errors
     ///
     /// If it is asked for too much already.
-    pub fn ask(&self, asked: Asked) -> Result<oneshot::Receiver<Answer>, String> {
+    pub fn ask(&self, query: Query) -> Result<oneshot::Receiver<Answer>, String> {
         let mut state = self.state();
-        state.asked.retain(|(_, answer)| !answer.is_closed());
-        if state.asked.len() >= MAX_REQUESTS {
+        state.queries.retain(|(_, answer)| !answer.is_closed());
+        if state.queries.len() >= MAX_QUERIES {
             return Err("too much is asked for at once; try again".into());
         }
         let (answer, receiver) = oneshot::channel();
-        state.asked.push_back((asked, answer));
+        state.queries.push_back((query, answer));
         self.changed.notify_all();
         Ok(receiver)
     }
@@ -182,26 +182,26 @@ impl Shared {
                 return Next::End;
             }
             // Nothing is made for a page that is gone.
-            state.asked.retain(|(_, answer)| !answer.is_closed());
-            if let Some((asked, answer)) = state.asked.pop_front() {
-                return Next::Answer(asked, answer);
+            state.queries.retain(|(_, answer)| !answer.is_closed());
+            if let Some((query, answer)) = state.queries.pop_front() {
+                return Next::Answer(query, answer);
             }
-            if state.onlookers > 0 && !state.wish.paused {
+            if state.onlookers > 0 && !state.request.paused {
                 self.stop.store(false, Ordering::Relaxed);
                 state.is_new = false;
-                return Next::Frame(Box::new(state.wish.clone()));
+                return Next::Frame(Box::new(state.request.clone()));
             }
             if std::mem::take(&mut state.is_new) {
-                return Next::Words(Box::new(state.wish.clone()));
+                return Next::Words(Box::new(state.request.clone()));
             }
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
     }
 
-    /// Waits until a wish is taken, or for a while: after a failure that another wish may mend.
+    /// Waits until a view request is taken, or for a while: after a failure that another view request may mend.
     pub fn rest(&self, timeout: Duration) {
         let state = self.state();
-        if !self.is_over.load(Ordering::Relaxed) && state.asked.is_empty() {
+        if !self.is_over.load(Ordering::Relaxed) && state.queries.is_empty() {
             drop(self.changed.wait_timeout(state, timeout));
         }
     }

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use tokio::sync::Semaphore;
 
+use super::control_token::ControlToken;
 use super::guard::Guard;
 use super::page::Page;
 use super::shared::Shared;
-use super::wheel::Wheel;
 
 /// What the server knows.
 pub struct Site {
@@ -19,8 +19,8 @@ pub struct Site {
     pub page: Page,
     /// What tells this run of the program from others.
     pub run: String,
-    /// Who is at the wheel.
-    pub wheel: Wheel,
+    /// The open pages, and which of them has control.
+    pub control_token: ControlToken,
     /// Slots for files on their way to a page.
     pub files: Arc<Semaphore>,
     /// Slots for images that are packed for a page.

@@ -5,18 +5,18 @@ use caustics::experiment::cell::Paths;
 use caustics::scene::{CameraChoice, Scene, SceneCamera};
 use serde_json::{Value, json};
 
-use super::lane::Lane;
+use super::render_job::RenderJob;
+use super::request::ViewRequest;
 use super::save;
-use super::wish::Wish;
 
-/// What there is to say.
-pub struct Said<'a> {
+/// Status of the renderer.
+pub struct Status<'a> {
     /// What of the command line `render` is told too.
     pub kept: &'a [String],
     /// The scene.
     pub scene: &'a Scene,
     /// What is wanted.
-    pub wish: &'a Wish,
+    pub request: &'a ViewRequest,
     /// Whether nodes are where a file of edits says.
     pub is_edited: bool,
     /// Keys that were recorded.
@@ -30,9 +30,9 @@ pub struct Said<'a> {
     /// Whether something moves.
     pub moves: bool,
     /// What renders the image.
-    pub lane: Option<&'a Lane>,
+    pub job: Option<&'a RenderJob>,
     /// What renders what it is held against.
-    pub against: Option<&'a Lane>,
+    pub against: Option<&'a RenderJob>,
     /// How far they are apart.
     pub distance: Option<&'a Value>,
     /// Exposure of the image that was shown last (stops).
@@ -41,44 +41,44 @@ pub struct Said<'a> {
     pub failure: Option<&'a str>,
 }
 
-/// All of it.
-pub fn text(said: &Said<'_>) -> String {
-    let Said { scene, wish, time, moves, lane, against, failure, .. } = *said;
+/// Returns the status as JSON.
+pub fn text(status: &Status<'_>) -> String {
+    let Status { scene, request, time, moves, job, against, failure, .. } = *status;
     let mut value = json!({
-        "is": "status", "moves": moves, "paused": wish.paused, "size": (wish.size), "time": time,
-        "duration": scene.duration(), "playing": wish.playing.is_some(), "target_fps": wish.target_fps,
-        "failure": failure, "warnings": scene.warnings, "distance": said.distance,
-        "axes": ([values(wish, 0), values(wish, 1)]), "against": wish.against, "layer": wish.look.layer,
-        "edited": (wish.nodes.keys().collect::<Vec<_>>()), "records": wish.records, "recorded": said.recorded,
-        "is_full": said.is_full,
+        "is": "status", "moves": moves, "paused": request.paused, "size": (request.size), "time": time,
+        "duration": scene.duration(), "playing": request.playing.is_some(), "target_fps": request.target_fps,
+        "failure": failure, "warnings": scene.warnings, "distance": status.distance,
+        "axes": ([values(request, 0), values(request, 1)]), "against": request.against, "layer": request.look.layer,
+        "edited": (request.nodes.keys().collect::<Vec<_>>()), "records": request.records, "recorded": status.recorded,
+        "is_full": status.is_full,
     });
-    if let Some(camera) = said.camera {
-        value["camera"] = camera_status(scene, wish, camera);
+    if let Some(camera) = status.camera {
+        value["camera"] = camera_status(scene, request, camera);
     }
-    if let Some(lane) = lane {
-        value["image"] = lane_status(lane);
-        if let Some(camera) = said.camera.filter(|_| !moves) {
-            let (cell, frames) = (&lane.configuration.cell, lane.sums.frames());
+    if let Some(job) = job {
+        value["image"] = lane_status(job);
+        if let Some(camera) = status.camera.filter(|_| !moves) {
+            let (cell, frames) = (&job.configuration.cell, job.sums.frames());
             let shot = save::Shot {
                 camera: &camera.name,
-                is_edited: said.is_edited,
+                is_edited: status.is_edited,
                 time,
                 frames,
-                stops: said.stops,
+                stops: status.stops,
                 is_staged: scene.additions.contains_key("light"),
             };
-            value["command"] = save::command(said.kept, wish, cell, &shot).into();
+            value["command"] = save::command(status.kept, request, cell, &shot).into();
         }
     }
-    if let Some(lane) = against {
-        value["other"] = lane_status(lane);
+    if let Some(job) = against {
+        value["other"] = lane_status(job);
     }
     value.to_string()
 }
 
 /// The values of all axes of a side.
-fn values(wish: &Wish, side: usize) -> Value {
-    let cell = &wish.cells[side];
+fn values(request: &ViewRequest, side: usize) -> Value {
+    let cell = &request.cells[side];
     AXES.into_iter()
         .map(|axis| {
             let value = match cell.paths {
@@ -93,24 +93,24 @@ fn values(wish: &Wish, side: usize) -> Value {
 }
 
 /// Where it is in the file's coordinates (m), which way it looks, its field of view (degrees).
-fn camera_status(scene: &Scene, wish: &Wish, camera: &SceneCamera) -> Value {
+fn camera_status(scene: &Scene, request: &ViewRequest, camera: &SceneCamera) -> Value {
     let position = scene.origin + camera.position.as_dvec3();
-    let named = matches!(wish.camera, CameraChoice::Named(_)).then_some(&camera.name);
+    let named = matches!(request.camera, CameraChoice::Named(_)).then_some(&camera.name);
     json!({
         "from": position.to_array(), "forward": camera.forward.as_dvec3().to_array(),
         "fov": f64::from(camera.fov_y).to_degrees(), "name": named,
     })
 }
 
-fn lane_status(lane: &Lane) -> Value {
-    let [width, height] = lane.configuration.size;
+fn lane_status(job: &RenderJob) -> Value {
+    let [width, height] = job.configuration.size;
     json!({
-        "device": lane.opened.session.device(), "why": lane.opened.reason, "gather": lane.opened.gather,
-        "method": lane.configuration.cell.method.name, "size": lane.configuration.size, "frames": lane.report.frames(),
-        "frame_ms": lane.report.frame_ms(), "pass_ms": lane.report.pass_ms(),
-        "rates": lane.report.rates(u64::from(width) * u64::from(height)), "counters": lane.report.counters,
-        "warnings": lane.report.counters.warnings(), "light_paths": lane.report.light_paths(),
-        "samples": lane.sums.frames(), "error": lane.error.is_finite().then_some(lane.error),
-        "seconds": lane.report.wall.as_secs_f64(),
+        "device": job.opened.session.device(), "why": job.opened.reason, "gather": job.opened.gather,
+        "method": job.configuration.cell.method.name, "size": job.configuration.size, "frames": job.report.frames(),
+        "frame_ms": job.report.frame_ms(), "pass_ms": job.report.pass_ms(),
+        "rates": job.report.rates(u64::from(width) * u64::from(height)), "counters": job.report.counters,
+        "warnings": job.report.counters.warnings(), "light_paths": job.report.light_paths(),
+        "samples": job.sums.frames(), "error": job.error.is_finite().then_some(job.error),
+        "seconds": job.report.wall.as_secs_f64(),
     })
 }

@@ -7,11 +7,11 @@ use caustics::scene::CameraChoice;
 use caustics_kernels::method::basic::BASIC;
 
 use super::look::{Layer, Look};
-use super::wish::{Against, MAX_EDITS, Message, NodeEdits, RATES, Wish};
+use super::request::{Against, MAX_EDITS, Message, NodeEdits, RATES, ViewRequest};
 
-fn start() -> Wish {
+fn start() -> ViewRequest {
     let cell = Cell::new(&BASIC);
-    Wish {
+    ViewRequest {
         camera: CameraChoice::default(),
         at: 0.0,
         time: 0.0,
@@ -28,19 +28,19 @@ fn start() -> Wish {
     }
 }
 
-/// Number of messages that are taken, one a line of the bytes. Whatever they are, a wish stays one that can be rendered.
+/// Number of messages that are taken, one a line of the bytes. Whatever they are, a view request stays one that can be rendered.
 pub fn take(bytes: &[u8]) -> usize {
-    let mut wish = start();
+    let mut request = start();
     let mut taken = 0;
     for line in bytes.split(|&byte| byte == b'\n') {
         let message = Message::parse(line);
-        taken += usize::from(message.is_ok_and(|message| wish.take(&message).is_ok()));
+        taken += usize::from(message.is_ok_and(|message| request.take(&message).is_ok()));
         let line = String::from_utf8_lossy(line);
-        let [width, height] = wish.size;
+        let [width, height] = request.size;
         assert!(check_size(width, height).is_ok(), "{line}");
-        assert!(wish.cells.iter().all(|cell| check_rays(cell, width, height).is_ok()), "{line}");
-        assert!(wish.nodes.len() <= MAX_EDITS && wish.time.is_finite(), "{line}");
-        assert!(RATES.contains(&wish.target_fps), "{line}");
+        assert!(request.cells.iter().all(|cell| check_rays(cell, width, height).is_ok()), "{line}");
+        assert!(request.nodes.len() <= MAX_EDITS && request.time.is_finite(), "{line}");
+        assert!(RATES.contains(&request.target_fps), "{line}");
     }
     taken
 }

@@ -33,7 +33,7 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
             Kept::Reused => {}
             Kept::Rendered | Kept::Replaced => {
                 let (count, of) = (index + 1, compared.len());
-                (sweep.tell)(&format!("{}: reference {count} of {of} rendered", scene.name));
+                (sweep.on_message)(&format!("{}: reference {count} of {of} rendered", scene.name));
             }
         }
     }
@@ -51,7 +51,7 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
 
     let (width, height) = (plan.settings.width, plan.settings.height);
     let write = |name: String, colors| sweep.results.write_png(name, width, height, colors);
-    let truth = format!(
+    let reference_key = format!(
         "{} {} {}",
         references.folder().display(),
         compared.last().unwrap_or(&0),
@@ -70,7 +70,7 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
             Some(colors) => write(format!("{identity}-flip.png"), colors)?,
             None => None,
         },
-        reference: write(format!("reference-{}.png", digest(&truth)), &shown.reference)?,
+        reference: write(format!("reference-{}.png", digest(&reference_key)), &shown.reference)?,
         ..CellError::default()
     };
     let mean_of_records = |key: &str| {
@@ -97,7 +97,7 @@ pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<
     result.provenance = provenance(outcome.device, sweep.config.seed, wall_s);
     let text = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
     let (flip, relmse) = (text(off.get(&FLIP)), text(off.get(&RELMSE)));
-    (sweep.tell)(&format!("{} {}: FLIP {flip}, relMSE {relmse}", scene.name, cell.name));
+    (sweep.on_message)(&format!("{} {}: FLIP {flip}, relMSE {relmse}", scene.name, cell.name));
     result.error = Some(off);
     sweep.results.write(&result)?;
     Ok(true)

@@ -54,8 +54,8 @@ pub struct Sweep<'a> {
     pub cache: PathBuf,
     /// Whether the run is to stop.
     pub stopped: &'a dyn Fn() -> bool,
-    /// Tells a person how it goes on.
-    pub tell: &'a dyn Fn(&str),
+    /// Receives messages on the progress.
+    pub on_message: &'a dyn Fn(&str),
     /// Light paths that were searched for, by the cell's identity.
     pub found: RefCell<BTreeMap<String, Paths>>,
 }

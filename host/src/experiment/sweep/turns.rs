@@ -106,7 +106,7 @@ fn take_turns<'a>(
     let Some(part) = turns.first().map(|ready| ready.task.part) else { return Ok(true) };
     let mut cells = vec![first.cell.clone()];
     cells.extend(turns.iter().map(|ready| ready.cell.clone()).filter(|cell| cell.name != first.cell.name));
-    (sweep.tell)(&format!(
+    (sweep.on_message)(&format!(
         "{}: {} cells take turns for {} frames",
         part.scene.name,
         cells.len(),
@@ -134,7 +134,7 @@ fn take_turns<'a>(
         let own: Vec<&FrameRecord> = records.iter().filter(|record| record.cell == cell.name).collect();
         let faults: f64 = own.iter().filter_map(|record| record.get("faults")).sum();
         if faults > 0.0 {
-            (sweep.tell)(&format!(
+            (sweep.on_message)(&format!(
                 "warning: {}: {faults} photons, addends or media were dropped or clamped",
                 cell.name
             ));
@@ -170,7 +170,7 @@ fn take_turns<'a>(
         let mut cell = ready.cell;
         if let Some(next) = miss.and_then(|miss| miss.next) {
             let ms = time.total_ms.median;
-            (sweep.tell)(&format!(
+            (sweep.on_message)(&format!(
                 "{} {}: {ms:.2} ms beside others; {next} light paths next",
                 scene.name, cell.name
             ));
@@ -186,7 +186,7 @@ fn take_turns<'a>(
 
 fn write(sweep: &Sweep, timed: Timed, note: Option<String>) -> anyhow::Result<()> {
     let Timed { ready: Ready { task, cell }, time, frames, device } = timed;
-    (sweep.tell)(&format!("{} {}: {:.2} ms", task.part.scene.name, cell.name, time.total_ms.median));
+    (sweep.on_message)(&format!("{} {}: {:.2} ms", task.part.scene.name, cell.name, time.total_ms.median));
     let mut result = sweep.result(task, &cell);
     let wall_s = result.provenance.wall_s + time.total_ms.median * f64::from(time.frames) / 1e3;
     result.time = Some(time);
@@ -265,7 +265,7 @@ fn find_paths<'a>(sweep: &Sweep, task: &'a Task<'a>) -> anyhow::Result<Option<Re
         let scene = &task.part.scene;
         measure(&plan, scene, &[cell], None, sweep.stopped, &mut each)?.context("interrupted")?;
         let median = quartiles(&totals).context("no frame was timed")?.median;
-        (sweep.tell)(&format!(
+        (sweep.on_message)(&format!(
             "{} {}: {paths} light paths take {median:.2} ms of {target}",
             scene.name, task.cell.name
         ));

@@ -148,8 +148,8 @@ fn decode(
         let accessor = &document.root.accessors[index.value()];
         let is_short = matches!(accessor.type_, Checked::Valid(shape) if shape.multiplicity() <= 4);
         if accessor.count.0 != points as u64 || !is_short {
-            let said = accessor.count.0;
-            return Ok(Err(format!("cannot be decompressed (Draco: {points} points instead of {said})")));
+            let declared = accessor.count.0;
+            return Ok(Err(format!("cannot be decompressed (Draco: {points} points instead of {declared})")));
         }
         if read.contains_key(&id) {
             continue;

@@ -62,11 +62,11 @@ pub fn fallbacks(document: &Value, has_binary: bool) -> Vec<bool> {
             None => mark(&mut is_read, view),
         }
     }
-    let says_so =
+    let is_fallback =
         |buffer: &Value| COMPRESSIONS.iter().any(|name| buffer["extensions"][name]["fallback"] == true);
     let is_empty = |id: usize| buffers[id]["uri"].is_null() && !(has_binary && id == 0);
     (0..buffers.len())
-        .map(|id| says_so(&buffers[id]) || is_empty(id) && is_compressed[id] && !is_read[id])
+        .map(|id| is_fallback(&buffers[id]) || is_empty(id) && is_compressed[id] && !is_read[id])
         .collect()
 }
 

@@ -53,7 +53,7 @@ pub fn read(document: &mut Document) -> Result<Option<EnvironmentMap>, SceneErro
 
 /// A quaternion, made a rotation; none where it is not given or has no length.
 fn rotation(value: &Value) -> DQuat {
-    let number = |lane: usize| value[lane].as_f64();
+    let number = |component: usize| value[component].as_f64();
     match [0, 1, 2, 3].map(number) {
         [Some(x), Some(y), Some(z), Some(w)] => {
             let length = DQuat::from_xyzw(x, y, z, w).length();
@@ -163,8 +163,8 @@ fn seen(faces: &[Face], direction: DVec3) -> Vec3 {
 /// Nine coefficients of irradiance.
 fn coefficients(value: &Value) -> Option<[Vec3; 9]> {
     let rows = value.as_array().filter(|rows| rows.len() == 9)?;
-    let number = |row: &Value, lane: usize| row[lane].as_f64().unwrap_or(0.0) as f32;
-    Some(std::array::from_fn(|row| Vec3::from([0, 1, 2].map(|lane| number(&rows[row], lane)))))
+    let number = |row: &Value, component: usize| row[component].as_f64().unwrap_or(0.0) as f32;
+    Some(std::array::from_fn(|row| Vec3::from([0, 1, 2].map(|component| number(&rows[row], component)))))
 }
 
 /// The radiance of three bands that makes such an irradiance: coefficients over pi, 2 pi / 3 and pi / 4 [Ramamoorthi and Hanrahan

@@ -101,8 +101,11 @@ fn singular_transforms_are_not_shown() {
         scene.json["nodes"][ball][key] = value;
         let run = caustics(scene.write().path(), &["scene", "info", "scene.gltf"]);
         assert_eq!(run.code, Some(0), "{}", run.stderr);
-        let said = [run.stdout, run.stderr].concat();
-        assert!(["node \"ball\"", "singular", "not shown"].iter().all(|word| said.contains(word)), "{said}");
+        let output = [run.stdout, run.stderr].concat();
+        assert!(
+            ["node \"ball\"", "singular", "not shown"].iter().all(|word| output.contains(word)),
+            "{output}"
+        );
     }
 }
 

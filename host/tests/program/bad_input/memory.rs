@@ -169,11 +169,11 @@ fn instances(count: usize) -> Vec<u8> {
     let mut document = document(std::iter::empty());
     let mut binary: Vec<u8> =
         [0_f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().flat_map(|x| x.to_le_bytes()).collect();
-    let mut add = |values: &[f32], shape: &str, lanes: usize| {
+    let mut add = |values: &[f32], shape: &str, components: usize| {
         let views = document["bufferViews"].as_array_mut().unwrap();
         views.push(json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": 4 * values.len() }));
         let view = views.len() - 1;
-        let count = values.len() / lanes;
+        let count = values.len() / components;
         let accessor = json!({ "bufferView": view, "componentType": 5126, "count": count, "type": shape });
         document["accessors"].as_array_mut().unwrap().push(accessor);
         binary.extend(values.iter().flat_map(|x| x.to_le_bytes()));
@@ -213,8 +213,8 @@ fn run_in(folder: &Path, limit: u64, arguments: &str) -> Run {
 
 /// What is wrong with an end: a signal, a panic, an exit code that means another thing, silence.
 fn fault(run: &Run) -> Option<String> {
-    let is_told = run.code == Some(0) || !run.stderr.is_empty();
-    let is_fine = matches!(run.code, Some(0..=2)) && is_told && !run.stderr.contains("panicked");
+    let is_reported = run.code == Some(0) || !run.stderr.is_empty();
+    let is_fine = matches!(run.code, Some(0..=2)) && is_reported && !run.stderr.contains("panicked");
     (!is_fine).then(|| format!("exit code {:?}: {}", run.code, run.stderr))
 }
 

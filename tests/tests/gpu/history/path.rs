@@ -9,7 +9,7 @@ use caustics_tests::table::Table;
 
 use super::{Animation, steps};
 
-const PATHS: &str = "0.5 % of the paths may diverge, as in the twin test of camera paths; a judgement is of up to 225 of them";
+const PATHS: &str = "0.5 % of the paths may diverge, as in the parity test of camera paths; a judgement is of up to 225 of them";
 const FLIPS: &str =
     "the nearest history point may be another one of two that are as near, or one on the bound";
 
@@ -32,7 +32,7 @@ pub fn steps_agree(animation: &mut Animation, zero: &[&str]) {
         all.extend(animation.steps(&params).into_iter().map(|step| (params, step)));
         for (params, step) in all {
             if frame < FRAMES_BEFORE {
-                animation.twin.cpu.run(&params, &[step]).expect("the CPU runs the step");
+                animation.runners.cpu.run(&params, &[step]).expect("the CPU runs the step");
             } else {
                 one(animation, &params, step, zero, &mut table);
             }
@@ -44,22 +44,22 @@ pub fn steps_agree(animation: &mut Animation, zero: &[&str]) {
 
 /// Runs a step: on both if it is of this history, else on the CPU.
 fn one(animation: &mut Animation, params: &FrameParams, step: Step, zero: &[&str], table: &mut Table) {
-    let twin = &mut animation.twin;
+    let runners = &mut animation.runners;
     let pass = match step {
         Step::Dispatch { pass, .. } if pass.name.starts_with("path.") => pass,
         _ => {
-            twin.cpu.run(params, &[step]).expect("the CPU runs the step");
+            runners.cpu.run(params, &[step]).expect("the CPU runs the step");
             return;
         }
     };
-    twin.copy_to_gpu(&[step]);
-    twin.run(params, &[step]);
+    runners.copy_to_gpu(&[step]);
+    runners.run(params, &[step]);
     for bound in pass.written() {
         if bound.name == "path_points" {
-            table.add(pass.name, steps::points(twin, bound.name));
+            table.add(pass.name, steps::points(runners, bound.name));
             continue;
         }
-        let (cpu, gpu) = twin.records::<f32>(bound.name);
+        let (cpu, gpu) = runners.records::<f32>(bound.name);
         let written = cpu.iter().filter(|value| **value != 0.0).count();
         if zero.contains(&bound.name) {
             assert_eq!(written, 0, "{}", bound.name);

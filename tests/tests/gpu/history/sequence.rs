@@ -26,15 +26,15 @@ pub fn run(animation: &mut Animation, other: u32, title: &str) -> Compared {
         let params = animation.pose(frame);
         let other = if frame + 1 < FRAMES { other } else { 0 };
         let steps = animation.steps(&params);
-        animation.twin.cpu.run(&params, &steps).expect("the CPU runs a frame");
+        animation.runners.cpu.run(&params, &steps).expect("the CPU runs a frame");
         let params = FrameParams { seed: params.seed + other, ..params };
         animation
-            .twin
+            .runners
             .gpu
             .run(&params, &steps)
             .expect("the GPU runs a frame and the validation layer is silent");
     }
-    let (cpu, gpu) = animation.twin.records::<f32>("caustic_radiance");
+    let (cpu, gpu) = animation.runners.records::<f32>("caustic_radiance");
     let mean = |layer: &[f32]| layer.iter().map(|&v| f64::from(v)).sum::<f64>() / layer.len() as f64;
     let means = [mean(&cpu), mean(&gpu)];
     let reason = "0.2 % of the camera paths and of the light paths may diverge, and a photon on a disc's bound is taken \

@@ -15,17 +15,17 @@ use caustics_kernels::math::octahedral;
 use caustics_tests::compare::{Difference, Tolerance, floats, records, words};
 use caustics_tests::fields::Field;
 use caustics_tests::matching::Photon;
+use caustics_tests::parity::RunnerPair;
 use caustics_tests::table::Table;
 use caustics_tests::tremble::Paths;
-use caustics_tests::twin::Twin;
 use glam::Vec3;
 
 use super::Animation;
 
-const RULE: &str = "the rule for twins: a pass amplifies ulps, but not beyond 1e-4";
+const RULE: &str = "the parity rule: a pass amplifies ulps, but not beyond 1e-4";
 const NEAR: Tolerance = Tolerance::relative(1.0e-4, 1.0, RULE);
-const PATHS: &str = "the rule for twins: 0.2 % of the paths may diverge";
-/// Fluxes of whole paths, as in the twin test of light paths.
+const PATHS: &str = "the parity rule: 0.2 % of the paths may diverge";
+/// Fluxes of whole paths, as in the parity test of light paths.
 const FLUX: Tolerance = Tolerance::relative(1.0e-3, 0.0, "grazing cosines amplify ulps along a path");
 
 /// Runs a step: on both if it is the history's, else on the CPU.
@@ -34,33 +34,33 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
     let pass = match step {
         Step::Dispatch { pass, .. } if history(pass) => pass,
         _ => {
-            animation.twin.cpu.run(params, &[step]).expect("the CPU runs the step");
+            animation.runners.cpu.run(params, &[step]).expect("the CPU runs the step");
             return;
         }
     };
     let written: Vec<&str> = pass.written().map(|bound| bound.name).collect();
-    animation.twin.copy_to_gpu(&[step]);
-    animation.twin.run(params, &[step]);
-    let twin = &mut animation.twin;
-    for buffer in twin.bound(&[step]) {
+    animation.runners.copy_to_gpu(&[step]);
+    animation.runners.run(params, &[step]);
+    let runners = &mut animation.runners;
+    for buffer in runners.bound(&[step]) {
         if !written.contains(&buffer) {
-            let (cpu, gpu) = twin.records::<u32>(buffer);
+            let (cpu, gpu) = runners.records::<u32>(buffer);
             assert!(cpu == gpu, "{step:?} wrote to {buffer}");
         }
     }
-    let features = twin.features;
+    let features = runners.features;
     if *pass == VALIDATE {
-        validate(twin, Paths { scene: &animation.scene, params, features, emission: &POWER }, table);
+        validate(runners, Paths { scene: &animation.scene, params, features, emission: &POWER }, table);
     } else if *pass == RESOLVE_HISTORY {
-        table.add(pass.name, remembered(twin));
+        table.add(pass.name, remembered(runners));
     } else {
-        table.add(pass.name, reprojected(twin));
+        table.add(pass.name, reprojected(runners));
     }
 }
 
 /// Validation paths, photon by photon, and the marks that they make.
-fn validate(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
-    let (cpu, gpu) = twin.records::<ValidationPhoton>("validation_photons");
+fn validate(runners: &mut RunnerPair, paths: Paths<'_>, table: &mut Table) {
+    let (cpu, gpu) = runners.records::<ValidationPhoton>("validation_photons");
     let stored = cpu.iter().filter(|photon| photon.flux > 0.0).count();
     assert!(stored > 200, "only {stored} photons");
     let fields = records(&cpu, &gpu, Tolerance::EXACT.except(2.0e-3, PATHS), |field| {
@@ -77,12 +77,12 @@ fn validate(twin: &mut Twin, paths: Paths<'_>, table: &mut Table) {
     table.add("validate", [all("diverging paths", count, parted.len(), 2.0e-3, PATHS)]);
     table.add("validate", [all("unexplained", count, unexplained.len(), 0.0, PATHS)]);
 
-    table.add("validate", cells(twin));
+    table.add("validate", cells(runners));
 }
 
 /// Sums over the marks of all cells: how far they are apart in all, relative to what they are sums of.
-fn cells(twin: &mut Twin) -> Vec<Difference> {
-    let (cpu, gpu) = twin.records::<u32>("validation_cells");
+fn cells(runners: &mut RunnerPair) -> Vec<Difference> {
+    let (cpu, gpu) = runners.records::<u32>("validation_cells");
     let cells = |words: &[u32]| words.chunks_exact(WORDS as usize).map(Cell::new).collect::<Vec<_>>();
     let (cpu, gpu) = (cells(&cpu), cells(&gpu));
     let total = |of: fn(&Cell) -> i64| cpu.iter().map(|cell| of(cell) as usize).sum::<usize>();
@@ -148,9 +148,9 @@ fn diverges(a: &[Photon], b: &[Photon]) -> bool {
 }
 
 /// Light of the previous frame that is reused.
-fn reprojected(twin: &mut Twin) -> Vec<Difference> {
-    let (cpu, gpu) = twin.records::<Reprojected>("reprojected");
-    let (points, _) = twin.records::<PointGeometry>("point_geometry");
+fn reprojected(runners: &mut RunnerPair) -> Vec<Difference> {
+    let (cpu, gpu) = runners.records::<Reprojected>("reprojected");
+    let (points, _) = runners.records::<PointGeometry>("point_geometry");
     let reusing = cpu.iter().filter(|reprojected| reprojected.samples > 0.0).count();
     assert!(reusing > cpu.len() / 2, "only {reusing} points reuse light");
     let scale = cpu.iter().map(|reprojected| reprojected.mean.max_element()).sum::<f32>() / cpu.len() as f32;
@@ -172,21 +172,21 @@ fn reprojected(twin: &mut Twin) -> Vec<Difference> {
 }
 
 /// The image, and what it leaves to the next frame.
-fn remembered(twin: &mut Twin) -> Vec<Difference> {
+fn remembered(runners: &mut RunnerPair) -> Vec<Difference> {
     let mut found = vec![];
     for buffer in ["caustic_radiance", "history_mean"] {
-        let (cpu, gpu) = twin.records::<f32>(buffer);
+        let (cpu, gpu) = runners.records::<f32>(buffer);
         let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
         assert!(scale > 0.0);
         found.push(floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR }));
     }
-    found.extend(points(twin, "history_points"));
+    found.extend(points(runners, "history_points"));
     found
 }
 
 /// Points as the next frame finds them.
-pub fn points(twin: &mut Twin, buffer: &str) -> Vec<Difference> {
-    let (cpu, gpu) = twin.records::<HistoryPoint>(buffer);
+pub fn points(runners: &mut RunnerPair, buffer: &str) -> Vec<Difference> {
+    let (cpu, gpu) = runners.records::<HistoryPoint>(buffer);
     let mut found = vec![];
     let column = |points: &[HistoryPoint], of: fn(&HistoryPoint) -> Vec3| -> Vec<f32> {
         points.iter().flat_map(|point| of(point).to_array()).collect()

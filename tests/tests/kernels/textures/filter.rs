@@ -12,7 +12,7 @@ use caustics_kernels::method::path::PATH;
 use caustics_tests::scenes::committed;
 use glam::DVec3;
 
-/// Size of the image (px), and by how much that of the truth is larger each way.
+/// Size of the image (px), and by how much that of the reference is larger each way.
 const WIDTH: usize = 96;
 const HEIGHT: usize = 54;
 const FINER: usize = 8;
@@ -46,14 +46,14 @@ fn render(texture_filter: TextureFilter, scale: usize, samples: u32, seed: u32) 
 }
 
 /// The finest level under many rays is the image of eight times the size, averaged; there even a cone is an eighth as
-/// wide, so that the truth owes nothing to the filter under test. The level of the cone is another image.
+/// wide, so that the reference owes nothing to the filter under test. The level of the cone is another image.
 #[test]
 fn the_finest_level_is_the_supersampled_picture_and_the_cone_is_not() {
-    let truth = render(TextureFilter::Cone, FINER, 4, 1);
+    let reference = render(TextureFilter::Cone, FINER, 4, 1);
     let compare = |filter, seed| {
         let image = render(filter, 1, 256, seed);
-        let ratio = image.values.iter().sum::<DVec3>() / truth.values.iter().sum::<DVec3>();
-        let flip = flip_ldr(&image, &truth, Encoding::Linear, 0.0, 67.0).mean();
+        let ratio = image.values.iter().sum::<DVec3>() / reference.values.iter().sum::<DVec3>();
+        let flip = flip_ldr(&image, &reference, Encoding::Linear, 0.0, 67.0).mean();
         println!("{}: energy {ratio:.4}, FLIP {flip:.4}", filter.name());
         (ratio, flip)
     };

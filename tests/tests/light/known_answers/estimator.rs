@@ -179,7 +179,7 @@ fn wall_of_half_a_radius_lets_no_caustic_through() {
     assert!(dark.path.iter().all(|value| *value == Vec3::ZERO));
 }
 
-/// Irradiance over truth on a cylinder of radius 1 with `facets` under smooth normals, by discs of 0.05; mean over
+/// Irradiance over the exact one on a cylinder of radius 1 with `facets` under smooth normals, by discs of 0.05; mean over
 /// points anywhere on it and its standard error (from batches of photons).
 fn on_facets(facets: u32) -> (f64, f64) {
     let surface_point = |around: f64, y: f64| {

@@ -125,16 +125,16 @@ fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
     let scene = room(metal(0.9, 0.0), ball);
     let last = FRAMES - 1..FRAMES;
     // One frame of very many light paths: its camera paths are the same.
-    let truth = given(&scene, &NONE, last.clone(), 32 * light_paths).layer;
+    let reference = given(&scene, &NONE, last.clone(), 32 * light_paths).layer;
     let error = |history, frames| {
         let given = given(&scene, history, frames, light_paths);
-        given.inside.iter().map(|&pixel| (given.layer[pixel] - truth[pixel]).powi(2)).sum::<f64>()
+        given.inside.iter().map(|&pixel| (given.layer[pixel] - reference[pixel]).powi(2)).sum::<f64>()
     };
     let alone = error(&NONE, last);
     for history in [&PAPER, &VALIDATED] {
         let left = error(history, 0..FRAMES) / alone;
         println!("{}: {left:.3} of the squared error of a frame alone", history.name);
-        // An eighth or a ninth of the noise, the truth's own, and light that was late.
+        // An eighth or a ninth of the noise, the reference's own, and light that was late.
         assert!(left < 0.3, "{}: {left}", history.name);
     }
 }

@@ -1,0 +1,152 @@
+//! A configuration that converges: the same frames as those of `render`, summed.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use caustics::accumulation::{Accumulation, BATCHES};
+use caustics::energy::Energy;
+use caustics::experiment::cell::Cell;
+use caustics::runner::RunError;
+use caustics::scene::{Scene, SceneCamera};
+use caustics::session::SessionError;
+use caustics::settings::Settings;
+use caustics_kernels::interface::features::Features;
+
+use super::look::{Layer, Shown};
+use super::share::Share;
+use crate::cli::{Machine, View};
+use crate::command::opened::{Opened, opened};
+use crate::command::options;
+use crate::command::report::Report;
+
+/// Estimating the error takes at most one part in so many of the time.
+const ESTIMATES: u32 = 16;
+
+/// Configuration that a session is opened for.
+#[derive(Clone, Debug)]
+pub struct JobConfiguration {
+    /// How to render.
+    pub cell: Cell,
+    /// Size of its frames (px).
+    pub size: [u32; 2],
+    /// Whether its frames are averaged.
+    pub averages: bool,
+    /// Kernel code that is compiled in.
+    pub features: Features,
+}
+
+impl JobConfiguration {
+    /// Text of all that it is.
+    pub fn key(&self) -> String {
+        let JobConfiguration { cell, size, averages, features } = self;
+        format!("{} {size:?} {averages} {features:?}", cell.key())
+    }
+
+    /// The settings of its frames, as those of `render` are.
+    pub fn settings(&self, view: &View) -> anyhow::Result<Settings> {
+        let [width, height] = self.size;
+        // One frame goes through the centres of its pixels.
+        let frames = if self.averages { u32::MAX } else { 1 };
+        let view = View { width, height, ..view.clone() };
+        let settings = options::settings(&view, &self.cell, frames)?.for_method(self.cell.method);
+        let batches = if self.averages { BATCHES } else { settings.batches };
+        Ok(Settings { batches, ..settings })
+    }
+}
+
+/// A session and the sum of its frames.
+pub struct RenderJob {
+    /// What it was opened for, as text.
+    pub key: String,
+    /// How it renders.
+    pub configuration: JobConfiguration,
+    /// Its settings.
+    pub settings: Settings,
+    /// The session, and where it runs.
+    pub opened: Opened,
+    /// Its frames so far.
+    pub sums: Accumulation,
+    /// Their times and counters.
+    pub report: Report,
+    /// Estimated relative mean square error of their mean, as last looked at.
+    pub error: f64,
+    estimates: Share,
+    /// Frames rendered since it was begun.
+    frames: u32,
+}
+
+impl RenderJob {
+    /// Opens a session at the pose at hand.
+    pub fn open(
+        configuration: JobConfiguration,
+        machine: &Machine,
+        view: &View,
+        scene: &Scene,
+        camera: &SceneCamera,
+    ) -> anyhow::Result<RenderJob> {
+        let settings = configuration.settings(view)?;
+        let opened = opened(&configuration.cell, machine, scene, camera, &settings, configuration.features)?;
+        let sums = Accumulation::in_batches(settings.batches_of_frames());
+        let (report, error) = (Report::default(), f64::INFINITY);
+        let estimates = Share::new(ESTIMATES, Duration::ZERO);
+        Ok(RenderJob {
+            key: configuration.key(),
+            configuration,
+            settings,
+            opened,
+            sums,
+            report,
+            error,
+            estimates,
+            frames: 0,
+        })
+    }
+
+    /// Lets the flag end its frames.
+    pub fn stop_by(&mut self, flag: &Arc<AtomicBool>) {
+        self.opened.session.stop_by(flag);
+    }
+
+    /// Begins anew, at the pose at hand.
+    pub fn restart(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
+        self.opened.session.pose(scene, camera)?;
+        self.opened.session.restart()?;
+        self.sums = Accumulation::in_batches(self.settings.batches_of_frames());
+        self.report = Report::default();
+        self.error = f64::INFINITY;
+        self.frames = 0;
+        Ok(())
+    }
+
+    /// Renders the next frame; how long it took, none if it was stopped.
+    pub fn frame(&mut self) -> Result<Option<Duration>, SessionError> {
+        let start = Instant::now();
+        let session = &mut self.opened.session;
+        let times = match session.frame(self.frames) {
+            Err(SessionError::Run(RunError::Stopped)) => return Ok(None),
+            times => times?,
+        };
+        let took = start.elapsed();
+        self.frames += 1;
+        self.report.add(&times, took, &session.counters()?, Energy::default());
+        Ok(Some(took))
+    }
+
+    /// Adds the last frame to the sums.
+    pub fn add(&mut self) -> Result<(), SessionError> {
+        self.sums.add(&self.opened.session.image()?);
+        let start = Instant::now();
+        if self.sums.frames().is_power_of_two() || self.estimates.is_due(start) {
+            self.error = self.sums.relative_error();
+            self.estimates.spent(start, Instant::now());
+        }
+        Ok(())
+    }
+
+    /// The mean of its frames, with what the layer needs.
+    pub fn mean(&self, layer: Layer) -> Shown {
+        let variance = (layer == Layer::Variance).then(|| self.sums.variance()).flatten().unwrap_or_default();
+        Shown { image: self.sums.mean(), variance, ..Shown::default() }
+    }
+}

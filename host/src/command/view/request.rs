@@ -1,0 +1,258 @@
+//! What is wanted of the image, and the messages of the page that change it.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use caustics::experiment::axis::{Axis, HISTORY, PATH_HISTORY};
+use caustics::experiment::cell::Cell;
+use caustics::experiment::limits::{check_rays, check_size};
+use caustics::exposure::Exposure;
+use caustics::scene::{CameraChoice, Edits, NodeEdit, Position};
+use caustics::text::cut;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::look::{Layer, Look};
+
+/// What moves counts as moving for so long after it last did.
+const SETTLES: Duration = Duration::from_millis(250);
+/// Nodes that can be moved, at most.
+pub const MAX_EDITS: usize = 1000;
+/// Characters of a message that are repeated to who sent it, at most.
+const MAX_ERROR: usize = 400;
+/// Frames a second that one can ask for.
+pub const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
+
+/// Edits by the index of their node.
+pub type NodeEdits = BTreeMap<usize, NodeEdit>;
+
+/// What the image is held against.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Against {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// Another configuration.
+    Other,
+    /// What path tracing of everything converges to.
+    Reference,
+}
+
+/// What is wanted of the image.
+#[derive(Clone, Debug)]
+pub struct ViewRequest {
+    /// Whom it is seen by.
+    pub camera: CameraChoice,
+    /// When the page asked for that camera, by its own clock.
+    pub at: f64,
+    /// Time of the animations (s).
+    pub time: f64,
+    /// Since when they play, from that time on.
+    pub playing: Option<Instant>,
+    /// Width and height of the image (px).
+    pub size: [u32; 2],
+    /// Frames a second to hold while something moves.
+    pub target_fps: f64,
+    /// How to render, and how to render what it is held against.
+    pub cells: [Cell; 2],
+    /// What it is held against.
+    pub against: Against,
+    /// How an image is shown.
+    pub look: Look,
+    /// Until when something counts as moving.
+    pub moves_until: Option<Instant>,
+    /// Where nodes are put.
+    pub nodes: NodeEdits,
+    /// Whether what moves is recorded.
+    pub records: bool,
+    /// Whether nothing is rendered.
+    pub paused: bool,
+}
+
+/// What the page says.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Message {
+    /// Look from here, in the file's coordinates (m), with this vertical field of view (degrees); `at` is the time of the page's clock,
+    /// which the image tells back.
+    Look {
+        from: [f64; 3],
+        look_at: [f64; 3],
+        fov: f64,
+        #[serde(default)]
+        at: f64,
+    },
+    /// Look through a camera of the file.
+    Camera { name: String },
+    /// Go to a time (s), and play or not.
+    Time { seconds: f64, playing: bool },
+    /// Give an axis a value, of the image (0) or of what it is held against (1).
+    Axis { side: u8, key: String, value: String },
+    /// Size of the image (px).
+    Size { width: u32, height: u32 },
+    /// Frames a second to hold while something moves.
+    Rate { fps: f64 },
+    /// Exposure, in stops or `auto`.
+    Exposure { stops: String },
+    /// The layer that is shown.
+    Layer { name: Layer },
+    /// What the image is held against.
+    Against { what: Against },
+    /// Put a node of the file there, by its own transform.
+    Place { node: usize, translation: [f64; 3], rotation: [f64; 4], scale: [f64; 3] },
+    /// Put a node back to where the file has it.
+    PutBack { node: usize },
+    /// Record what moves from now on, or no more.
+    Record { on: bool },
+    /// Whether nothing is rendered.
+    Pause { paused: bool },
+    /// What is met first in a pixel; positions are shares of width and height.
+    Pick { x: f64, y: f64 },
+    /// What light transport did in a pixel; positions are shares of width and height.
+    Inspect { x: f64, y: f64 },
+    /// What is known of a node of the file.
+    Node { node: usize },
+    /// The page has shown an image.
+    Shown { serial: u64 },
+    /// The sender takes the control token.
+    Wheel,
+}
+
+impl Message {
+    /// What a page says in JSON.
+    ///
+    /// # Errors
+    ///
+    /// Why it is no message, for people.
+    pub fn parse(json: &[u8]) -> Result<Message, String> {
+        serde_json::from_slice(json)
+            .map_err(|error| format!("no message that is known: {}", cut(&error.to_string(), MAX_ERROR)))
+    }
+}
+
+impl ViewRequest {
+    /// Does what a message says; whether the image at hand is no longer what is wanted.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, for people.
+    pub fn take(&mut self, message: &Message) -> Result<bool, String> {
+        match message {
+            Message::Look { from, look_at, fov, at } => {
+                let [from, look_at] = [from, look_at].map(|position| Position(DVec3::from_array(*position)));
+                if !from.0.is_finite() || !look_at.0.is_finite() {
+                    return Err("a camera must be somewhere".into());
+                }
+                let placed = CameraChoice::from_options(None, Some(from), Some(look_at), Some(*fov))?;
+                self.camera = placed;
+                self.at = *at;
+            }
+            Message::Camera { name } => self.camera = CameraChoice::Named(name.clone()),
+            Message::Time { seconds, playing } => {
+                if !seconds.is_finite() {
+                    return Err("a time must be a number of seconds".into());
+                }
+                self.time = *seconds;
+                self.playing = playing.then(Instant::now);
+            }
+            Message::Axis { side, key, value } => self.set(*side, key, value)?,
+            Message::Size { width, height } => self.resize([*width, *height])?,
+            Message::Rate { fps } => {
+                if !RATES.contains(fps) {
+                    return Err(format!("give {} to {} frames a second", RATES.start(), RATES.end()));
+                }
+                self.target_fps = *fps;
+                return Ok(false);
+            }
+            Message::Exposure { stops } => {
+                self.look.exposure = stops.parse::<Exposure>()?;
+                return Ok(false);
+            }
+            Message::Layer { name } => {
+                self.look.layer = *name;
+                return Ok(false);
+            }
+            Message::Against { what } => {
+                self.against = *what;
+                return Ok(false);
+            }
+            Message::Pause { paused } => {
+                self.paused = *paused;
+                return Ok(false);
+            }
+            Message::Place { node, translation, rotation, scale } => {
+                let edit = NodeEdit {
+                    node: *node,
+                    name: None,
+                    translation: Some(*translation),
+                    rotation: Some(*rotation),
+                    scale: Some(*scale),
+                };
+                if !self.nodes.contains_key(node) && self.nodes.len() >= MAX_EDITS {
+                    return Err(format!("at most {MAX_EDITS} nodes can be moved"));
+                }
+                let nodes = vec![edit.clone()];
+                Edits { nodes, ..Edits::default() }.check().map_err(|error| error.to_string())?;
+                self.nodes.insert(*node, edit);
+            }
+            Message::PutBack { node } => {
+                self.nodes.remove(node);
+            }
+            Message::Record { on } => {
+                self.records = *on;
+                return Ok(false);
+            }
+            Message::Pick { .. }
+            | Message::Inspect { .. }
+            | Message::Node { .. }
+            | Message::Shown { .. }
+            | Message::Wheel => return Ok(false),
+        }
+        self.moves_until = Some(Instant::now() + SETTLES);
+        Ok(true)
+    }
+
+    fn set(&mut self, side: u8, key: &str, value: &str) -> Result<(), String> {
+        let axis = Axis::find(key).ok_or_else(|| format!("there is no axis {key:?}"))?;
+        let cell = self.cells.get_mut(usize::from(side)).ok_or("there are two sides, 0 and 1")?;
+        let mut changed = cell.clone();
+        axis.set(&mut changed, value).map_err(|wrong| format!("{}: {wrong}", axis.head))?;
+        check_rays(&changed, self.size[0], self.size[1])?;
+        *cell = changed;
+        Ok(())
+    }
+
+    fn resize(&mut self, size: [u32; 2]) -> Result<(), String> {
+        let [width, height] = size;
+        check_size(width, height)?;
+        for cell in &self.cells {
+            check_rays(cell, width, height)?;
+        }
+        self.size = size;
+        Ok(())
+    }
+
+    /// Whether something moves now.
+    pub fn moves(&self, now: Instant) -> bool {
+        self.playing.is_some() || self.moves_until.is_some_and(|until| now < until)
+    }
+
+    /// The time of the animations now (s), which start again after this duration (s).
+    pub fn time_at(&self, now: Instant, duration: f64) -> f64 {
+        match self.playing {
+            Some(since) if duration > 0.0 => (self.time + (now - since).as_secs_f64()).rem_euclid(duration),
+            _ => self.time,
+        }
+    }
+}
+
+/// The configuration while all stands still and frames are averaged, as `render` does it: no history can help.
+pub fn still(cell: &Cell) -> Cell {
+    let mut cell = cell.clone();
+    for axis in [&HISTORY, &PATH_HISTORY] {
+        // A value that an axis has itself is one that it takes.
+        let _ = axis.set(&mut cell, axis.neutral);
+    }
+    cell.effective()
+}

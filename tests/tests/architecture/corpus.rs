@@ -1,0 +1,134 @@
+//! Every file of `tests/corpus` loads and renders to what `tests/golden/corpus` holds.
+//! `CAUSTICS_BLESS=1 cargo test --workspace --test architecture corpus` writes the images: look at them before they are committed.
+
+use std::path::{Path, PathBuf};
+
+use caustics::accumulation::Accumulation;
+use caustics::image_file::Channels;
+use caustics::output::exr;
+use caustics::scene::{CameraChoice, DefaultLight, LoadOptions, Staged, Staging};
+use caustics::{RenderedImage, Session, Settings};
+
+const SIZE: (usize, usize) = (32, 18);
+/// Frames of an image: enough that a wrong texture or normal is seen through the noise, which is the same each time.
+const FRAMES: u32 = 4;
+/// The time that is shown (s): in the middle of the animations.
+const TIME: f64 = 0.5;
+/// Processors differ in the last bits of what is computed, and so do compilers.
+const SAME: f32 = 1e-3;
+/// Of pixels at which such a bit decides otherwise, and a path goes another way: as in the parity tests of whole paths, for each of the
+/// frames, and rounded up to some.
+const STRAYS: usize = SIZE.0 * SIZE.1 / 100;
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// The image of a file; whatever it lacks, it gets.
+fn image(path: &Path) -> RenderedImage {
+    let aspect = SIZE.0 as f64 / SIZE.1 as f64;
+    let staging = Staging {
+        camera: CameraChoice::First,
+        load: LoadOptions::default(),
+        edits: None,
+        environment: None,
+        default_light: DefaultLight::Auto,
+        aspect,
+    };
+    let Staged { mut scene, camera, .. } =
+        staging.load(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    scene.pose(TIME).expect("a pose");
+    let settings = Settings {
+        width: SIZE.0 as u32,
+        height: SIZE.1 as u32,
+        light_paths: 2000,
+        pixel_filter: 1,
+        ..Settings::default()
+    };
+    let mut session = Session::builder(&scene).camera(&camera).settings(settings).build().expect("a session");
+    let mut sums = Accumulation::default();
+    for frame in 0..FRAMES {
+        session.frame(frame).expect("a frame");
+        sums.add(&session.image().expect("its image"));
+    }
+    let mean = sums.mean();
+    RenderedImage { width: SIZE.0, height: SIZE.1, path: mean.beauty(), ..RenderedImage::default() }
+}
+
+/// The values of the beauty layer, pixel by pixel.
+fn values(bytes: &[u8]) -> Vec<[f32; 3]> {
+    let channels = Channels::decode(bytes).expect("an image");
+    assert_eq!((channels.width, channels.height), SIZE);
+    let [r, g, b] = channels.layer("").expect("a beauty layer");
+    r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect()
+}
+
+/// Pixels that differ by more than last bits, beside what is usual in the image.
+fn differing(ours: &[[f32; 3]], golden: &[[f32; 3]]) -> usize {
+    let mean = golden.iter().flatten().sum::<f32>() / (3 * golden.len()) as f32;
+    // Written so that what is not a number differs.
+    let same = |a: f32, b: f32| (a - b).abs() <= SAME * (a.abs().max(b.abs()) + mean);
+    ours.iter().zip(golden).filter(|(a, b)| !(0..3).all(|channel| same(a[channel], b[channel]))).count()
+}
+
+pub fn files() -> Vec<PathBuf> {
+    let entries =
+        folder("corpus").read_dir().expect("the corpus").map(|entry| entry.expect("an entry").path());
+    let is_scene = |path: &PathBuf| path.extension().is_some_and(|end| end == "gltf" || end == "glb");
+    let mut files: Vec<_> = entries.filter(is_scene).collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn every_file_of_the_corpus_renders_to_its_golden_picture() {
+    let golden = folder("golden/corpus");
+    let blesses = std::env::var_os("CAUSTICS_BLESS").is_some();
+    let mut wrong = Vec::new();
+    let files = files();
+    for path in &files {
+        let name = path.file_name().expect("a name").to_string_lossy();
+        let bytes = exr::encode(&image(path), None, &Default::default()).expect("an EXR file");
+        let file = golden.join(format!("{name}.exr"));
+        if blesses {
+            std::fs::create_dir_all(&golden).expect("a folder");
+            std::fs::write(&file, &bytes).expect("a golden image");
+        }
+        let ours = values(&bytes);
+        assert!(ours.iter().flatten().all(|value| value.is_finite()), "{name}");
+        let lit = ours.iter().flatten().filter(|value| **value > 0.0).count();
+        assert!(lit > 0, "{name} is black");
+        let there = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        let count = differing(&ours, &values(&there));
+        if count > STRAYS {
+            wrong.push(format!("{name}: {count} pixels"));
+        }
+    }
+    assert!(files.len() >= caustics_scenes::corpus::ALL.len());
+    assert!(wrong.is_empty(), "differ from tests/golden/corpus: {}", wrong.join(", "));
+    // And none is left of a file that went.
+    assert_eq!(golden.read_dir().expect("a folder").count(), files.len());
+}
+
+#[test]
+fn a_picture_that_is_another_is_noticed() {
+    let of = |name: &str| values(&std::fs::read(folder("golden/corpus").join(name)).expect("a golden image"));
+    let plain = of("plain.gltf.exr");
+    assert_eq!(differing(&plain, &plain), 0);
+    // A little more light, a tint, one column to the side, a patch of 4 by 4, the file without its other scenes.
+    let brighter: Vec<_> = plain.iter().map(|color| color.map(|value| 1.01 * value)).collect();
+    let tinted: Vec<_> = plain.iter().map(|&[r, g, b]| [r, g, 0.98 * b]).collect();
+    let mut moved = plain.clone();
+    moved.rotate_right(1);
+    let mut patched = plain.clone();
+    for pixel in 0..16 {
+        patched[(8 + pixel / 4) * SIZE.0 + 14 + pixel % 4] = [0.5; 3];
+    }
+    let broken = vec![[f32::NAN; 3]; plain.len()];
+    for other in
+        [brighter, tinted, moved, patched, broken, of("no-normals.gltf.exr"), of("several-scenes.gltf.exr")]
+    {
+        let count = differing(&other, &plain);
+        assert!(count > STRAYS, "{count}");
+    }
+}

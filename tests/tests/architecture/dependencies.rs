@@ -1,0 +1,158 @@
+//! What others' code the project is made of: its licences, where it comes from, what is in it twice, and who may be unsafe.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::layers::files;
+
+/// Licences as crates state them, each read and found to let the project have its own. A new text here is looked at first.
+const LICENCES: [&str; 28] = [
+    "(MIT OR Apache-2.0 OR Zlib) AND BSD-3-Clause",
+    // The encoder of JPEG; that of the Independent JPEG Group asks for a word in the documentation: docs/viewer.md has it.
+    "(MIT OR Apache-2.0) AND IJG",
+    "(MIT OR Apache-2.0) AND Unicode-3.0",
+    "0BSD OR MIT OR Apache-2.0",
+    "Apache-2.0",
+    "Apache-2.0 / MIT",
+    "Apache-2.0 OR BSL-1.0",
+    "Apache-2.0 OR MIT",
+    "Apache-2.0 WITH LLVM-exception OR Apache-2.0 OR MIT",
+    "Apache-2.0/MIT",
+    "BSD-2-Clause OR Apache-2.0 OR MIT",
+    "BSD-3-Clause",
+    "BSD-3-Clause OR Apache-2.0",
+    "CC0-1.0 OR Apache-2.0 OR Apache-2.0 WITH LLVM-exception",
+    "CC0-1.0 OR MIT-0 OR Apache-2.0",
+    "ISC",
+    "MIT",
+    "MIT / Apache-2.0",
+    "MIT AND BSD-3-Clause",
+    "MIT OR Apache-2.0",
+    "MIT OR Apache-2.0 OR Zlib",
+    "MIT OR Zlib OR Apache-2.0",
+    "MIT/Apache-2.0",
+    "MPL-2.0",
+    "Unlicense OR MIT",
+    "Unlicense/MIT",
+    "Zlib",
+    "Zlib OR Apache-2.0 OR MIT",
+];
+
+/// The Mozilla licence covers its own files: it is for what tests alone are made of, as scraper's parts are.
+const MOZILLA: [&str; 4] = ["cssparser", "cssparser-macros", "dtoa-short", "selectors"];
+
+/// Crates that are there in several versions, and how many; a number that falls is as welcome as it is to be noted.
+const SEVERAL: [(&str, usize); 8] = [
+    // The handshake of WebSockets, and tests: proptest.
+    ("cpufeatures", 2),
+    ("getrandom", 2),
+    // Interfaces of other versions of it, behind features of spirv-std.
+    ("glam", 5),
+    // The decoders of PNG and of EXR.
+    ("miniz_oxide", 2),
+    // The decoder of WebP, and tests: what proptest runs processes with.
+    ("quick-error", 2),
+    // WebSockets, and tests: proptest and what parses HTML.
+    ("rand", 3),
+    ("rand_core", 3),
+    // Macros are about to change over.
+    ("syn", 2),
+];
+
+const REGISTRY: &str = "registry+https://github.com/rust-lang/crates.io-index";
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// All packages of the lock file that this platform takes.
+fn packages() -> Vec<Value> {
+    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
+    let version = Command::new(&cargo).args(["version", "--verbose"]).output().unwrap();
+    let version = String::from_utf8(version.stdout).unwrap();
+    let host =
+        version.lines().find_map(|line| line.strip_prefix("host: ")).expect("cargo names its platform");
+    let arguments = ["metadata", "--offline", "--locked", "--format-version", "1", "--filter-platform", host];
+    let output = Command::new(cargo).current_dir(root()).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    metadata["packages"].as_array().unwrap().clone()
+}
+
+#[test]
+fn licences_sources_and_duplicates_are_known() {
+    let packages = packages();
+    assert!(packages.len() > 100);
+    let mut faults = Vec::new();
+    let mut versions: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for package in &packages {
+        let [name, version] = ["name", "version"].map(|key| package[key].as_str().unwrap());
+        versions.entry(name).or_default().insert(version);
+        let licence = package["license"].as_str().unwrap_or("none");
+        if !LICENCES.contains(&licence) || (licence == "MPL-2.0") != MOZILLA.contains(&name) {
+            faults.push(format!("{name} {version}: licence {licence}"));
+        }
+        let is_ours =
+            package["source"].is_null() && (name.starts_with("caustics") || name == "cargo-kernels");
+        if !is_ours && package["source"] != REGISTRY {
+            faults.push(format!("{name} {version}: from {}", package["source"]));
+        }
+    }
+    let several: Vec<(&str, usize)> = versions
+        .iter()
+        .map(|(name, versions)| (*name, versions.len()))
+        .filter(|(_, count)| *count > 1)
+        .collect();
+    assert_eq!(faults, [""; 0]);
+    assert_eq!(several, SEVERAL);
+}
+
+/// The builder of the kernels has a lock file of its own, and its crates need not be here.
+#[test]
+fn the_kernel_builder_takes_crates_from_the_registry_alone() {
+    let lock = std::fs::read_to_string(root().join("kernels/builder/Cargo.lock")).unwrap();
+    let sources: Vec<&str> = lock.lines().filter_map(|line| line.strip_prefix("source = ")).collect();
+    assert!(sources.len() > 50);
+    let other: Vec<_> = sources.iter().filter(|source| source.trim_matches('"') != REGISTRY).collect();
+    assert!(other.is_empty(), "{other:?}");
+}
+
+/// Kernels have platform modules, and Vulkan is called by `vulkan/`: nothing else may be unsafe.
+#[test]
+fn crates_without_unsafe_code_forbid_it() {
+    for (file, line) in [
+        ("scenes/src/lib.rs", "#![forbid(unsafe_code)]"),
+        ("tests/src/lib.rs", "#![forbid(unsafe_code)]"),
+        ("kernels/builder/src/main.rs", "#![forbid(unsafe_code)]"),
+        ("host/src/main.rs", "#![forbid(unsafe_code)]"),
+        ("host/src/lib.rs", "#![deny(unsafe_code)]"),
+    ] {
+        let text = std::fs::read_to_string(root().join(file)).unwrap();
+        assert!(text.lines().any(|found| found == line), "{file} lacks {line}");
+    }
+    let host = std::fs::read_to_string(root().join("host/src/lib.rs")).unwrap();
+    assert_eq!(host.matches("allow(unsafe_code)").count(), 1, "vulkan alone");
+}
+
+/// Kernels are unsafe where they ask a GPU for what Rust has no words for, where invocations write one buffer, and where a CPU has
+/// instructions that not all have.
+#[test]
+fn kernels_are_unsafe_in_their_seams_alone() {
+    let kernels = root().join("kernels/src");
+    let is_unsafe = |file: &PathBuf| std::fs::read_to_string(file).unwrap().contains("unsafe {");
+    let found = files(&kernels).into_iter().filter(is_unsafe);
+    let found: Vec<String> =
+        found.map(|file| file.strip_prefix(&kernels).unwrap().display().to_string()).collect();
+    let unsafe_files = [
+        "declare/on_cpu.rs",
+        "gather/photons_rt.rs",
+        "gather/points_rt.rs",
+        "platform.rs",
+        "trace/bvh8.rs",
+        "trace/ray_query.rs",
+    ];
+    assert_eq!(found, unsafe_files);
+}

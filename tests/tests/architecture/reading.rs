@@ -1,0 +1,41 @@
+//! Files of others are read in one place, which refuses what may never end.
+
+use std::path::Path;
+
+use crate::layers::files;
+
+/// Calls that read whatever a path leads to.
+const CALLS: [&str; 4] = ["fs::read(", "fs::read_to_string(", "File::open(", "OpenOptions::new()"];
+/// The place itself; two that ask the system about itself, by paths of their own; locks and outputs that are written; tests of pages.
+const ALLOWED: [&str; 5] = ["commands_page", "file.rs", "machine.rs", "memory.rs", "output/folder.rs"];
+
+/// The first of the calls in a source, its tests and comments aside.
+fn call(source: &str) -> Option<&'static str> {
+    let code = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let lines = || code.lines().filter(|line| !line.trim_start().starts_with("//"));
+    CALLS.into_iter().find(|call| lines().any(|line| line.contains(call)))
+}
+
+#[test]
+fn every_reader_of_the_host_goes_through_one_file() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/src");
+    let mut found = Vec::new();
+    for file in files(&src) {
+        let name = file.strip_prefix(&src).unwrap().to_string_lossy().replace('\\', "/");
+        let text = std::fs::read_to_string(&file).unwrap();
+        if let Some(call) = call(&text).filter(|_| !ALLOWED.iter().any(|allowed| name.starts_with(allowed))) {
+            found.push(format!("{name}: {call}"));
+        }
+    }
+    assert_eq!(found, [""; 0], "use caustics::file");
+}
+
+#[test]
+fn detects_a_reader_of_its_own() {
+    assert_eq!(call("fn a() {\n    std::fs::read(path)\n}"), Some("fs::read("));
+    assert_eq!(call("let file = File::open(path)?;"), Some("File::open("));
+    assert_eq!(
+        call("/// See `File::open(path)`.\n#[cfg(test)]\nmod tests {\n    std::fs::read(path)\n}"),
+        None
+    );
+}

@@ -31,10 +31,10 @@ pub use compare::{Compare, Limit};
 pub use inspect::Inspect;
 pub use pages::{Completions, Man};
 pub use preset::Preset;
-pub use report::Report;
+pub use report::ReportOptions;
 pub use sharding::Sharding;
 pub use survey::Survey;
-pub use sweep::Sweep;
+pub use sweep::SweepOptions;
 pub use view::Viewer;
 
 /// The command line asks for something that cannot be: exit code 2.
@@ -106,16 +106,16 @@ pub enum Command {
     /// Measure what frames of a scene cost and how far off they are, configuration by configuration: a sweep from options
     Bench(Box<Bench>),
     /// Measure a matrix of configurations over scenes, time and error; the same command resumes where it was interrupted
-    Sweep(Box<Sweep>),
+    Sweep(Box<SweepOptions>),
     /// Tell what light transport did at a pixel: its camera path, the photons that it took, and their light paths
     Inspect(Box<Inspect>),
     /// Make a page of results: charts of speed against accuracy, images, tables
-    Report(Report),
+    Report(ReportOptions),
     /// List Vulkan devices, what they can do and whether they are used; or compile all kernels for one
     Device(Device),
     /// List, inspect or make scenes
     #[command(subcommand)]
-    Scene(Scene),
+    Scene(SceneCommand),
     /// Print what completes this program's options in a shell
     Completions(Completions),
     /// Write man pages, a file a command
@@ -152,7 +152,7 @@ impl Machine {
 
 /// Options of the image, however it is rendered.
 #[derive(Args, Clone, Debug)]
-pub struct View {
+pub struct ImageOptions {
     /// Image width (px)
     #[arg(long, default_value_t = 960)]
     pub width: u32,
@@ -168,7 +168,7 @@ pub struct View {
     pub specular_roughness: f32,
     /// Where in a pixel its rays go [default: box where frames are averaged, else centre]
     #[arg(long, value_enum)]
-    pub pixel_filter: Option<PixelFilter>,
+    pub pixel_filter: Option<PixelFilterOption>,
     /// Which level of its textures the camera sees [default: finest for reference, path, progressive, and means of frames over
     /// whole pixels, else cone]
     #[arg(long, value_enum)]
@@ -275,7 +275,7 @@ pub struct Common {
     pub machine: Machine,
     /// What is seen.
     #[command(flatten)]
-    pub view: View,
+    pub view: ImageOptions,
     /// How the scene is read.
     #[command(flatten)]
     pub loading: Loading,
@@ -385,7 +385,7 @@ pub enum Tracer {
 
 /// Pixel filters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PixelFilter {
+pub enum PixelFilterOption {
     /// Rays through pixel centres
     Centre,
     /// Rays uniform over the pixel
@@ -433,7 +433,7 @@ pub struct Device {
 
 /// Commands on scenes.
 #[derive(Debug, Subcommand)]
-pub enum Scene {
+pub enum SceneCommand {
     /// List the scenes that can be rendered or made by name
     List,
     /// Print what a scene holds and what it needs of the kernels

@@ -4,7 +4,7 @@ use caustics_kernels::interface::ledger::{Entry, LEDGER_BANKS, slot};
 
 /// Flux by fate, summed over channels (W). What was emitted is the sum of the others but for the noise of sampling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Energy {
+pub struct EnergyLedger {
     /// Left the lights.
     pub emitted: f64,
     /// Absorbed by surfaces and media.
@@ -21,9 +21,9 @@ pub struct Energy {
     pub residual: f64,
 }
 
-impl Energy {
+impl EnergyLedger {
     /// The ledger in the words of the buffer `counters`.
-    pub fn from_words(words: &[u32], quantum: f32) -> Energy {
+    pub fn from_words(words: &[u32], quantum: f32) -> EnergyLedger {
         let sum = |entry| -> f64 {
             let banks = (0..LEDGER_BANKS).map(|bank| {
                 let first = slot(entry, bank) as usize;
@@ -31,7 +31,7 @@ impl Energy {
             });
             banks.map(i128::from).sum::<i128>() as f64 * f64::from(quantum)
         };
-        Energy {
+        EnergyLedger {
             emitted: sum(Entry::Emitted),
             absorbed: sum(Entry::Absorbed),
             escaped: sum(Entry::Escaped),
@@ -44,8 +44,8 @@ impl Energy {
     }
 
     /// The sum of two.
-    pub fn plus(self, other: Energy) -> Energy {
-        Energy {
+    pub fn plus(self, other: EnergyLedger) -> EnergyLedger {
+        EnergyLedger {
             emitted: self.emitted + other.emitted,
             absorbed: self.absorbed + other.absorbed,
             escaped: self.escaped + other.escaped,
@@ -58,8 +58,8 @@ impl Energy {
     }
 
     /// All flux of the ledger times a factor.
-    pub fn times(self, scale: f64) -> Energy {
-        Energy {
+    pub fn times(self, scale: f64) -> EnergyLedger {
+        EnergyLedger {
             emitted: self.emitted * scale,
             absorbed: self.absorbed * scale,
             escaped: self.escaped * scale,
@@ -70,10 +70,10 @@ impl Energy {
         }
     }
 
-    fn balanced(self) -> Energy {
+    fn balanced(self) -> EnergyLedger {
         let spent = self.absorbed + self.escaped + self.cut + self.shading_normals + self.left_to_camera;
         let rest = self.emitted - spent;
         let residual = if self.emitted > 0.0 { rest / self.emitted } else { 0.0 };
-        Energy { residual, ..self }
+        EnergyLedger { residual, ..self }
     }
 }

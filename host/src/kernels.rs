@@ -16,7 +16,7 @@ mod watch;
 
 #[cfg(test)]
 pub(crate) use self::check::passes;
-use self::lock::{BASE, Lock, RAYQUERY, words};
+use self::lock::{BASE, KernelsLock, RAYQUERY, words};
 
 /// Hash of the kernels' sources.
 pub const SOURCES: &str = env!("CAUSTICS_KERNELS_HASH");
@@ -56,7 +56,7 @@ impl Source {
     /// the program's pass of that name.
     pub fn modules(&self) -> Result<Modules, KernelsError> {
         let Source::Folder(folder) = self else { return embedded() };
-        let lock = Lock::read(folder)?;
+        let lock = KernelsLock::read(folder)?;
         if lock.interface != env!("CAUSTICS_INTERFACE_HASH") {
             return Err(KernelsError::Interface { folder: folder.clone() });
         }

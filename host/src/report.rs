@@ -41,7 +41,7 @@ use load::Measured;
 use name::Names;
 pub use page::STYLE;
 use page::Section;
-use scene::Scene;
+use scene::ReportScene;
 use table::{Table, csv};
 
 /// What a report is made of.
@@ -180,7 +180,7 @@ fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> any
 /// All that is known of a scene, in the order of its questions: which is best, what does it look like, why does it
 /// take that long, what are the numbers.
 fn scene_section(
-    scene: &Scene,
+    scene: &ReportScene,
     names: &Names,
     images: &mut ReportImages,
     count: usize,

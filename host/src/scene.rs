@@ -23,7 +23,7 @@ pub use self::bvh::{BvhCache, BvhOptions, BvhQuality};
 pub(crate) use self::bvh::{accepts as accepts_bvh, sealed_file as sealed_bvh};
 pub use self::camera::SceneCamera;
 pub use self::casters::Cuts;
-pub use self::edits::{CameraEdit, Edits, EditsError, Key, NodeEdit};
+pub use self::edits::{CameraEdit, Edits, EditsError, Keyframe, NodeEdit};
 pub use self::environment::{EnvironmentMap, EnvironmentTables};
 pub use self::error::SceneError;
 pub use self::file_nodes::FileNode;

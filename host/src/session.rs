@@ -17,7 +17,7 @@ use caustics_kernels::pass::display::DISPLAY;
 use glam::{DVec3, Vec3};
 
 use crate::counters::Counters;
-use crate::energy::Energy;
+use crate::energy::EnergyLedger;
 use crate::frame_memory::{FrameTooLarge, Need};
 use crate::kernels::{self, KernelsError};
 use crate::rendered_image::{Auxiliary, RenderedImage};
@@ -35,7 +35,7 @@ use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::{frame_buffers, look_back};
 
 use self::last::{Last, Starts, overwritten};
-use self::tiles::{Rendered, State, Tiles};
+use self::tiles::{Rendered, TileState, Tiles};
 
 mod kept;
 pub(crate) mod last;
@@ -381,7 +381,7 @@ impl Session {
         Ok(self.kept.iter().map(of_tiles).collect())
     }
 
-    fn tile_state(&mut self) -> Result<State, SessionError> {
+    fn tile_state(&mut self) -> Result<TileState, SessionError> {
         let mut state = Vec::with_capacity(self.kept.len());
         for spec in self.kept.clone() {
             let mut bytes = self.read(spec.name)?;
@@ -399,7 +399,7 @@ impl Session {
     /// If a buffer is missing, has another size, or holds numbers that are not finite; the session is as it was then.
     pub fn restore(&mut self, frame: u32, state: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
         let count = self.tiles.count() as usize;
-        let mut states = vec![State::new(); count];
+        let mut states = vec![TileState::new(); count];
         for spec in &self.kept {
             let whole =
                 |(name, bytes): &&(String, Vec<u8>)| name == spec.name && bytes.len() == count * spec.bytes;
@@ -482,7 +482,7 @@ impl Session {
             rendered.image.append(self.tile_image()?);
             let words: Vec<u32> = self.read("counters")?;
             rendered.counters.add(&Counters::from_words(&words));
-            rendered.energy = rendered.energy.plus(Energy::from_words(&words, self.params.quantum));
+            rendered.energy = rendered.energy.plus(EnergyLedger::from_words(&words, self.params.quantum));
             states.push(self.tile_state()?);
         }
         (self.tiles.states, self.tiles.rendered) = (states, rendered);
@@ -650,13 +650,13 @@ impl Session {
     }
 
     /// Where the flux of the last frame's light paths went; all zero unless the session's features have `Features::LEDGER`.
-    pub fn energy(&mut self) -> Result<Energy, SessionError> {
+    pub fn energy(&mut self) -> Result<EnergyLedger, SessionError> {
         if !self.tiles.is_one() {
             // Each tile's light paths carry all of the lights' flux.
             return Ok(self.tiles.rendered.energy.times(1.0 / f64::from(self.tiles.count())));
         }
         let words: Vec<u32> = self.read("counters")?;
-        Ok(Energy::from_words(&words, self.params.quantum))
+        Ok(EnergyLedger::from_words(&words, self.params.quantum))
     }
 
     /// Sets the exposure of [`Session::display`] (stops).

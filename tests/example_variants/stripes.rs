@@ -4,7 +4,7 @@
 //! Where it is slow: everywhere. It is exact for every radius.
 
 use caustics_kernels::gather::tables::{Build, Tables};
-use caustics_kernels::gather::variant::{Over, Stage, Variant, Words};
+use caustics_kernels::gather::variant::{Over, Stage, Variant, WordCount};
 use caustics_kernels::gather::{Gather, Index, Near, Visit};
 use caustics_kernels::platform::{Atomics, Words as _};
 
@@ -34,7 +34,7 @@ impl Index for Stripes {
             Stage::Run(2, "fill", Over::Photons),
         ],
         // Ends of the stripes, behind a zero.
-        words: [Words(1, Over::Count(COUNT + 1)), Words::NONE, Words::NONE, Words::NONE],
+        words: [WordCount(1, Over::Count(COUNT + 1)), WordCount::NONE, WordCount::NONE, WordCount::NONE],
         sorts: true,
         ..Variant::NEW
     };

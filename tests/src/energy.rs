@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use caustics::energy::Energy;
+use caustics::energy::EnergyLedger;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::light::emit::Emit;
@@ -22,7 +22,7 @@ impl Receive for NoReceiver {
 }
 
 /// The ledger of one frame.
-pub fn ledger<E: Emit>(world: &World<'_>, emit: &E, frame: u32) -> Energy {
+pub fn ledger<E: Emit>(world: &World<'_>, emit: &E, frame: u32) -> EnergyLedger {
     let mut params = world.params;
     params.frame = frame;
     let features = world.features | Features::LEDGER;
@@ -30,11 +30,11 @@ pub fn ledger<E: Emit>(world: &World<'_>, emit: &E, frame: u32) -> Energy {
     for index in 0..params.light_path_count {
         shoot(index, &params, features, world.tables(), emit, &mut tracer, &mut NoReceiver, &mut tally);
     }
-    Energy::from_words(&tally.0, params.quantum)
+    EnergyLedger::from_words(&tally.0, params.quantum)
 }
 
 /// Ledgers of independent frames, on two threads.
-pub fn ledgers<E: Emit + Sync>(world: &World<'_>, emit: &E, frames: Range<u32>) -> Vec<Energy> {
+pub fn ledgers<E: Emit + Sync>(world: &World<'_>, emit: &E, frames: Range<u32>) -> Vec<EnergyLedger> {
     let part = |frames: Range<u32>| frames.map(|frame| ledger(world, emit, frame)).collect::<Vec<_>>();
     let middle = frames.start.midpoint(frames.end);
     std::thread::scope(|scope| {
@@ -46,6 +46,6 @@ pub fn ledgers<E: Emit + Sync>(world: &World<'_>, emit: &E, frames: Range<u32>) 
 }
 
 /// Mean over frames of a share of what was emitted.
-pub fn share(ledgers: &[Energy], part: impl Fn(&Energy) -> f64) -> Mean {
+pub fn share(ledgers: &[EnergyLedger], part: impl Fn(&EnergyLedger) -> f64) -> Mean {
     Mean::from_samples(&ledgers.iter().map(|energy| part(energy) / energy.emitted).collect::<Vec<_>>())
 }

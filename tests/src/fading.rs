@@ -1,6 +1,6 @@
 //! Small scenes whose light fades, grows or shrinks, and how much of their light a history shows.
 
-use caustics::scene::{CameraEdit, Edits, Key, LoadOptions, NodeEdit, Scene, SceneCamera};
+use caustics::scene::{CameraEdit, Edits, Keyframe, LoadOptions, NodeEdit, Scene, SceneCamera};
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
@@ -120,7 +120,7 @@ impl Fading {
         let eyes = [[0.0, 2.3, 1.3], [0.4, 2.2, 1.4]];
         let camera = |from| CameraEdit { from, look_at: [0.0; 3], fov: 40.0 };
         let end = f64::from(FRAMES) / FPS;
-        let keys = nodes.into_iter().zip(eyes).zip([0.0, end]).map(|((node, eye), time)| Key {
+        let keys = nodes.into_iter().zip(eyes).zip([0.0, end]).map(|((node, eye), time)| Keyframe {
             time,
             camera: self.moves.then(|| camera(eye)),
             nodes: vec![node],

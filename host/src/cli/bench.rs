@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::axes::{AxisOptions, ManyConfigurations};
-use super::{Loading, Machine, View};
+use super::{ImageOptions, Loading, Machine};
 
 /// Options of `bench`: a sweep of one scene, given by options.
 #[derive(Args, Debug)]
@@ -57,7 +57,7 @@ pub struct Bench {
     pub machine: Machine,
     /// What is seen.
     #[command(flatten)]
-    pub view: View,
+    pub view: ImageOptions,
     /// How the scene is read.
     #[command(flatten)]
     pub loading: Loading,

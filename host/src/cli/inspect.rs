@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::axes::{Averaged, AxisOptions};
-use super::{Loading, Machine, Preset, View};
+use super::{ImageOptions, Loading, Machine, Preset};
 
 /// Options of `inspect`.
 #[derive(Args, Debug)]
@@ -32,7 +32,7 @@ pub struct Inspect {
     pub machine: Machine,
     /// What is seen.
     #[command(flatten)]
-    pub view: View,
+    pub view: ImageOptions,
     /// How the scene is read.
     #[command(flatten)]
     pub loading: Loading,

@@ -9,7 +9,7 @@ use clap::Args;
 #[command(before_help = "Examples:
   caustics report results -o report.html
   caustics report results/rooms results/animations -o report.html --title 'Histories' --images 4 --force")]
-pub struct Report {
+pub struct ReportOptions {
     /// Folders of results, as `sweep` and `bench` write them (cells/*.json in each)
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,

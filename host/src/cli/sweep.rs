@@ -14,7 +14,7 @@ use super::Sharding;
   caustics sweep experiments/paths.toml -o part-2 --shard 2/8
   caustics sweep --merge part-1 part-2 -o whole")]
 #[command(mut_arg("shard", |arg| arg.help("Do one of n parts [default: the task of a Slurm array, else all]")))]
-pub struct Sweep {
+pub struct SweepOptions {
     /// The file that says what to measure
     #[arg(required_unless_present = "merge", value_name = "EXPERIMENT.toml")]
     pub experiment: Option<PathBuf>,

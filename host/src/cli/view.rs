@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::axes::OneConfiguration;
-use super::{AxisOptions, Loading, Machine, View};
+use super::{AxisOptions, ImageOptions, Loading, Machine};
 
 /// Options of `view`.
 #[derive(Args, Debug)]
@@ -38,7 +38,7 @@ pub struct Viewer {
     pub machine: Machine,
     /// What is seen.
     #[command(flatten)]
-    pub view: View,
+    pub view: ImageOptions,
     /// How the scene is read.
     #[command(flatten)]
     pub loading: Loading,

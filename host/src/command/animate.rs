@@ -4,14 +4,14 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use caustics::kernels;
-use caustics::output::lock::Lock;
+use caustics::output::lock::FileLock;
 use caustics::scene::{self, Staged};
 use caustics::session::Session;
 use caustics_kernels::interface::choice::TextureFilter;
 use serde_json::json;
 
-use self::plan::Plan;
-use self::record::{Record, sums};
+use self::plan::AnimationPlan;
+use self::record::{RenderedFrame, sums};
 use self::run::Run;
 use super::checkpoint_writer::CheckpointWriter;
 use super::console::print;
@@ -36,7 +36,7 @@ mod video;
 /// Renders the frames that are missing. 130 after Ctrl-C, with the frames that were done written.
 pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let common = &options.common;
-    let mut plan = Plan::new(options)?;
+    let mut plan = AnimationPlan::new(options)?;
     let file = scene::resolve(&common.scene)?;
     let is_interrupted = interrupt::watch()?;
     let Staged { scene, camera: name, .. } = open(&file, common)?;
@@ -78,7 +78,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let folder = plan.pattern.folder();
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     // What a history keeps has one name for all runs of a part.
-    let _lock = Lock::take(&plan.state())?;
+    let _lock = FileLock::take(&plan.state())?;
     let shared = pose_independent(&scene, &name, &plan.settings, plan.method(), gather, &choice, &session);
     let identity = plan.identity(shared);
     let mut run = Run {
@@ -130,7 +130,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
 }
 
 /// Prints what was done.
-fn print_summary(run: &Run, missing: &[u32], records: &[Record], frame_ms: f64, done: bool) {
+fn print_summary(run: &Run, missing: &[u32], records: &[RenderedFrame], frame_ms: f64, done: bool) {
     let name = run.plan.pattern.frame(run.plan.frames.start, "exr");
     let all = run.plan.frames.len();
     if missing.is_empty() {

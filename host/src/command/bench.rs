@@ -16,7 +16,7 @@ use super::options::{
     camera, check_environment, check_fps, check_size, color, default_light, texture_filter,
 };
 use super::sweep::{check_tables, expand, forget, measure, tasks, write_tables};
-use crate::cli::{Bench, PixelFilter, Quantity, TextureFilter, Usage};
+use crate::cli::{Bench, PixelFilterOption, Quantity, TextureFilter, Usage};
 
 /// Measures, writes and prints. 130 after Ctrl-C, with the cells that were done.
 pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
@@ -80,8 +80,8 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         texture_filter: Filter(texture_filter(view.texture_filter.unwrap_or(TextureFilter::Cone))),
         specular_roughness: view.specular_roughness,
         pixel_filter: match view.pixel_filter {
-            Some(PixelFilter::Box) => config::PixelFilter::Box,
-            Some(PixelFilter::Centre) | None => config::PixelFilter::Centre,
+            Some(PixelFilterOption::Box) => config::PixelFilterConfig::Box,
+            Some(PixelFilterOption::Centre) | None => config::PixelFilterConfig::Centre,
         },
         background: view.background.as_deref().map(color).transpose()?.map(|color| color.to_array()),
         environment: view.environment.clone().map(|source| EnvironmentTable {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::anyhow;
 use caustics::image_file::{Channels, Encoding};
 use caustics::memory;
-use caustics::metric::comparison::{Metric, Value, Viewing};
+use caustics::metric::comparison::{Metric, MetricValue, Viewing};
 use caustics::metric::pixels::{Estimate, Region};
 use caustics::metric::report::MetricReport;
 use caustics::output::png;
@@ -158,7 +158,7 @@ fn above(metric: &str, value: f64, limit: f64) -> Option<String> {
 
 /// The metrics for a person.
 fn table(report: &MetricReport) -> String {
-    let line = |(Metric { name, unit, .. }, value): &(&'static Metric, Value)| match value {
+    let line = |(Metric { name, unit, .. }, value): &(&'static Metric, MetricValue)| match value {
         Ok(value) if (1e-4..1e7).contains(&value.abs()) || *value == 0.0 => {
             format!("{name:22} {value:>14.6}  {unit}\n")
         }

@@ -21,7 +21,7 @@ use super::console::print;
 use crate::cli::{self, Usage};
 use figures::Figures;
 use one::Compiled;
-use report::{EntryPointRecord, Job, Report};
+use report::{CompileJob, CompileReport, EntryPointRecord};
 
 /// Roughness up to which reflections are specular, as `render` has it by default.
 const SPECULAR_ROUGHNESS: f32 = 0.25;
@@ -40,7 +40,7 @@ pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
         jobs.into_par_iter().map(|job| compile(&program, device.index, job)).collect();
     let failed = entry_points.iter().filter(|record| record.error.is_some()).count();
     let modules = modules.iter().map(|&(name, words)| (name, hash(words))).collect();
-    let report = Report { device, modules, entry_points };
+    let report = CompileReport { device, modules, entry_points };
     if options.json {
         print(serde_json::to_string_pretty(&report)?)?;
     } else {
@@ -81,7 +81,7 @@ fn jobs(
     modules: &[(&'static str, &[u32])],
     features: &[(String, Features)],
     wanted: &[String],
-) -> anyhow::Result<Vec<Job>> {
+) -> anyhow::Result<Vec<CompileJob>> {
     let mut found = Vec::new();
     for &(module, words) in modules {
         found.extend(Reflection::new(module, words)?.entry_points.into_keys().map(|entry| (module, entry)));
@@ -96,7 +96,7 @@ fn jobs(
     }
     let all = features.iter().flat_map(|(name, bits)| {
         let wanted = found.iter().filter(|(_, entry)| wanted.is_empty() || wanted.contains(entry));
-        wanted.map(move |&(module, ref entry)| Job {
+        wanted.map(move |&(module, ref entry)| CompileJob {
             module,
             entry: entry.clone(),
             features: name.clone(),
@@ -107,7 +107,7 @@ fn jobs(
 }
 
 /// Compiles an entry point in a process of its own, which is this program or one that does as it does.
-fn compile(program: &Path, device: usize, job: Job) -> EntryPointRecord {
+fn compile(program: &Path, device: usize, job: CompileJob) -> EntryPointRecord {
     let one = format!("{}/{}/{}", job.module, job.entry, job.feature_bits);
     let output = Command::new(program)
         .args(["device", "--compile", "--device", &device.to_string(), "--one", &one])
@@ -157,8 +157,13 @@ mod tests {
         path
     }
 
-    fn job(entry: &str) -> Job {
-        Job { module: "base.spv", entry: entry.into(), features: "all".into(), feature_bits: Features::ALL.0 }
+    fn job(entry: &str) -> CompileJob {
+        CompileJob {
+            module: "base.spv",
+            entry: entry.into(),
+            features: "all".into(),
+            feature_bits: Features::ALL.0,
+        }
     }
 
     #[test]
@@ -183,7 +188,7 @@ mod tests {
         assert!(errors[1].contains("in nir_lower"), "{errors:?}");
         assert_eq!(errors[2], "no such thing");
         assert!(errors[3].contains("no result"), "{errors:?}");
-        let report = Report {
+        let report = CompileReport {
             device: report::test_device(),
             modules: vec![("base.spv", "0123".into())],
             entry_points: records,

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use caustics::accumulation::{Accumulation, BATCHES, Shape};
 use caustics::checkpoint::{self, Checkpoint, CheckpointError, Identity};
-use caustics::energy::Energy;
+use caustics::energy::EnergyLedger;
 use caustics::experiment::cell::Cell;
 use caustics::kernels;
-use caustics::output::lock::{self, Lock};
+use caustics::output::lock::{self, FileLock};
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
 use caustics::scene::{self, Staged};
@@ -32,9 +32,9 @@ use super::live::Live;
 use super::open::open;
 use super::opened::{Opened, opened};
 use super::options::{check_outputs, check_scene_files, duration, scene_files};
-use super::report::Report;
+use super::report::RunReport;
 use super::scene::feature_names;
-use super::shard::{Part, warn_of_reuse};
+use super::shard::{ShardFrames, warn_of_reuse};
 use super::stop::Stop;
 use super::warn::warn;
 use crate::cli::{Common, Usage};
@@ -73,14 +73,14 @@ impl Job {
         }
         let is_interrupted = interrupt::watch()?;
         let force = options.force || options.resume;
-        let part = Part::from_options(&options, &stop)?;
+        let part = ShardFrames::from_options(&options, &stop)?;
         let output = part.as_ref().map_or(&options.output, |part| &part.file);
         let checkpoint = part.as_ref().map_or_else(|| checkpoint::path_of(output), |part| part.file.clone());
         for path in [&checkpoint, &lock::path_of(output)] {
             check_scene_files(&scene_files, "-o", path)?;
         }
         // Its checkpoint has one name for all runs.
-        let _lock = Lock::take(output)?;
+        let _lock = FileLock::take(output)?;
         let target = if part.is_some() { None } else { Some(Target::claim(output, force)?) };
         let mut png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
         let mut live = Live::new(&options)?;
@@ -97,7 +97,7 @@ impl Job {
         let camera = scene.camera(Some(&camera))?.clone();
         warn(&scene, method, &settings);
         let (first, stop) = match &part {
-            Some(Part { frames, .. }) => {
+            Some(ShardFrames { frames, .. }) => {
                 warn_of_reuse(&cell, frames.start);
                 (frames.start, Stop { frames: Some(frames.len() as u32), ..stop })
             }
@@ -135,7 +135,7 @@ impl Job {
         let mut checkpoint_writer = CheckpointWriter::new("a checkpoint");
 
         let bar = bar();
-        let mut report = Report::default();
+        let mut report = RunReport::default();
         let (mut saved, mut saved_frames) = (Instant::now(), 0);
         let done = loop {
             let relative_error = if stop.relative_error.is_some() { sums.relative_error() } else { 0.0 };
@@ -149,7 +149,7 @@ impl Job {
             let frame = sums.shape.end();
             let times = session.frame(frame)?;
             let wall = start.elapsed();
-            let energy = if has_ledger { session.energy()? } else { Energy::default() };
+            let energy = if has_ledger { session.energy()? } else { EnergyLedger::default() };
             report.add(&times, wall, &session.counters()?, energy);
             sums.add(&session.image()?);
             live.show(|| sums.mean());

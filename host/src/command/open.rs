@@ -5,7 +5,7 @@ use std::path::Path;
 use caustics::scene::{CameraChoice, Edits, LoadOptions, SceneError, Staged, Staging};
 
 use super::options::{camera, default_light, environment};
-use crate::cli::{Common, Loading, Usage, View};
+use crate::cli::{Common, ImageOptions, Loading, Usage};
 
 /// The scene, and the name of its camera. Says what it got that its file does not have.
 pub fn open(file: &Path, options: &Common) -> anyhow::Result<Staged> {
@@ -16,7 +16,7 @@ pub fn open(file: &Path, options: &Common) -> anyhow::Result<Staged> {
 /// The same, with the edits of a file.
 pub fn open_edited(
     file: &Path,
-    view: &View,
+    view: &ImageOptions,
     loading: &Loading,
     edited: Option<&Path>,
 ) -> anyhow::Result<Staged> {
@@ -29,7 +29,7 @@ pub fn open_edited(
 }
 
 /// The edits of a file, which may place a camera if no option does.
-pub fn edits(path: &Path, view: &View) -> anyhow::Result<Edits> {
+pub fn edits(path: &Path, view: &ImageOptions) -> anyhow::Result<Edits> {
     let edits = Edits::load(path)?;
     if edits.has_camera() && camera(view)? != CameraChoice::First {
         return Err(Usage(format!(
@@ -42,7 +42,12 @@ pub fn edits(path: &Path, view: &View) -> anyhow::Result<Edits> {
 }
 
 /// The scene with these edits, and the name of its camera.
-pub fn staged(file: &Path, view: &View, loading: &Loading, edits: Option<Edits>) -> anyhow::Result<Staged> {
+pub fn staged(
+    file: &Path,
+    view: &ImageOptions,
+    loading: &Loading,
+    edits: Option<Edits>,
+) -> anyhow::Result<Staged> {
     let camera = camera(view)?;
     let aspect = f64::from(view.width) / f64::from(view.height);
     let load = LoadOptions { floor: view.floor, ..loading.options() };

@@ -12,10 +12,10 @@ use caustics::settings::Settings;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
 
-use crate::cli::{Common, PixelFilter, TextureFilter, Usage, View};
+use crate::cli::{Common, ImageOptions, PixelFilterOption, TextureFilter, Usage};
 
 /// Checks the options that no type can. Of several frames rays go anywhere in a pixel where nobody says where.
-pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Usage> {
+pub fn settings(options: &ImageOptions, cell: &Cell, frames: u32) -> Result<Settings, Usage> {
     let (width, height) = (options.width, options.height);
     check_size(width, height)?;
     if frames == 0 {
@@ -27,8 +27,8 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
     }
     let background = options.background.as_deref().map(color).transpose()?;
     let pixel_filter = match options.pixel_filter {
-        Some(PixelFilter::Centre) => PIXEL_FILTER_CENTRE,
-        Some(PixelFilter::Box) => PIXEL_FILTER_BOX,
+        Some(PixelFilterOption::Centre) => PIXEL_FILTER_CENTRE,
+        Some(PixelFilterOption::Box) => PIXEL_FILTER_BOX,
         // A mean has no history that needs the same places again; centres alone miss what is smaller than a pixel.
         None if frames > 1 => PIXEL_FILTER_BOX,
         None => PIXEL_FILTER_CENTRE,
@@ -51,8 +51,8 @@ pub fn settings(options: &View, cell: &Cell, frames: u32) -> Result<Settings, Us
 }
 
 /// Refuses what is neither a file nor a radiance, and no place that it could have.
-pub fn check_environment(view: &View) -> Result<(), Usage> {
-    let View { environment, environment_scale: scale, environment_rotation: rotation, .. } = view;
+pub fn check_environment(view: &ImageOptions) -> Result<(), Usage> {
+    let ImageOptions { environment, environment_scale: scale, environment_rotation: rotation, .. } = view;
     let text = environment.as_deref().filter(|text| EnvironmentMap::file(text).is_none());
     if let Some((text, Err(wrong))) = text.map(|text| (text, text.parse::<Radiance>())) {
         return Err(Usage(format!("--environment {text}: {wrong}, or a file")));
@@ -75,7 +75,7 @@ pub fn check_fps(fps: f64) -> Result<(), Usage> {
 }
 
 /// The environment that is asked for, if one is.
-pub fn environment(view: &View) -> anyhow::Result<Option<EnvironmentMap>> {
+pub fn environment(view: &ImageOptions) -> anyhow::Result<Option<EnvironmentMap>> {
     check_environment(view)?;
     let map = view.environment.as_deref().map(EnvironmentMap::named).transpose()?;
     Ok(map.map(|map| map.placed(view.environment_scale, view.environment_rotation)))
@@ -181,17 +181,17 @@ fn is_one_file(a: &Path, b: &Path) -> bool {
 }
 
 /// When a scene gets the default light.
-pub fn default_light(view: &View) -> DefaultLight {
+pub fn default_light(view: &ImageOptions) -> DefaultLight {
     match view {
-        View { no_default_light: true, .. } => DefaultLight::Never,
-        View { default_light: true, .. } => DefaultLight::Always,
+        ImageOptions { no_default_light: true, .. } => DefaultLight::Never,
+        ImageOptions { default_light: true, .. } => DefaultLight::Always,
         _ => DefaultLight::Auto,
     }
 }
 
 /// Which camera is meant.
-pub fn camera(view: &View) -> Result<CameraChoice, Usage> {
-    let View { camera, from, look_at, fov, .. } = view;
+pub fn camera(view: &ImageOptions) -> Result<CameraChoice, Usage> {
+    let ImageOptions { camera, from, look_at, fov, .. } = view;
     CameraChoice::from_options(camera.as_deref(), *from, *look_at, *fov)
         .map_err(|wrong| Usage(format!("--{wrong}")))
 }

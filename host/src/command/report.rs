@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use caustics::counters::Counters;
-use caustics::energy::Energy;
+use caustics::energy::EnergyLedger;
 use caustics::runner::StepTime;
 use caustics_kernels::declare::Work;
 use caustics_kernels::interface::counters::Counter;
@@ -12,19 +12,19 @@ use caustics_kernels::method::frame::work;
 
 /// Times and counters of all frames.
 #[derive(Default)]
-pub struct Report {
+pub struct RunReport {
     frames: u32,
     /// Time of all frames.
     pub wall: Duration,
     passes: BTreeMap<String, Duration>,
     /// What the kernels counted.
     pub counters: Counters,
-    energy: Energy,
+    energy: EnergyLedger,
 }
 
-impl Report {
+impl RunReport {
     /// Adds a frame.
-    pub fn add(&mut self, times: &[StepTime], wall: Duration, counters: &Counters, energy: Energy) {
+    pub fn add(&mut self, times: &[StepTime], wall: Duration, counters: &Counters, energy: EnergyLedger) {
         self.frames += 1;
         self.wall += wall;
         for step in times {
@@ -50,7 +50,7 @@ impl Report {
     }
 
     /// Mean energy ledger of a frame (W).
-    pub fn energy(&self) -> Energy {
+    pub fn energy(&self) -> EnergyLedger {
         self.energy.times(1.0 / f64::from(self.frames.max(1)))
     }
 

@@ -9,10 +9,10 @@ use caustics::output::target::{Target, TargetError};
 use caustics::report::{self, Request, report};
 
 use super::options::{check_ending, same_file};
-use crate::cli::{Report, Usage};
+use crate::cli::{ReportOptions, Usage};
 
 /// Reads, draws and writes.
-pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
+pub fn run(options: &ReportOptions) -> anyhow::Result<ExitCode> {
     let files = folder(&options.output)?;
     check_inputs(options, &files)?;
     // Claimed first: nobody waits for images to be read only to hear that a file exists.
@@ -47,7 +47,7 @@ pub fn run(options: &Report) -> anyhow::Result<ExitCode> {
 }
 
 /// Refuses to write in the place of what is read: a result, or an image beside it; or among them.
-fn check_inputs(options: &Report, files: &Path) -> Result<(), Usage> {
+fn check_inputs(options: &ReportOptions, files: &Path) -> Result<(), Usage> {
     let output = options.output.display();
     check_ending("-o", &options.output, "html")?;
     for folder in options.folders.iter().chain(&options.baseline) {

@@ -13,14 +13,14 @@ use super::console::print;
 use crate::cli;
 
 /// Runs a command on scenes.
-pub fn run(command: cli::Scene) -> anyhow::Result<ExitCode> {
+pub fn run(command: cli::SceneCommand) -> anyhow::Result<ExitCode> {
     match command {
-        cli::Scene::List => list()?,
-        cli::Scene::Info { scene, specular_roughness, loading, json } => {
+        cli::SceneCommand::List => list()?,
+        cli::SceneCommand::Info { scene, specular_roughness, loading, json } => {
             info(&scene, specular_roughness, &loading, json)?;
         }
-        cli::Scene::Survey(options) => return super::survey::run(&options),
-        cli::Scene::Make { name, output, force } => make(&name, output.as_deref(), force)?,
+        cli::SceneCommand::Survey(options) => return super::survey::run(&options),
+        cli::SceneCommand::Make { name, output, force } => make(&name, output.as_deref(), force)?,
     }
     Ok(ExitCode::SUCCESS)
 }

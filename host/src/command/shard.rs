@@ -18,7 +18,7 @@ pub const ALL_FRAMES: &str = "all_frames";
 pub const SUMS: &str = "sums";
 
 /// The part of the frames of one mean that a shard renders.
-pub struct Part {
+pub struct ShardFrames {
     /// Which.
     shard: Shard,
     /// Number of frames of all parts.
@@ -29,9 +29,9 @@ pub struct Part {
     pub file: PathBuf,
 }
 
-impl Part {
+impl ShardFrames {
     /// The part that the options ask for, if not all; `stop` says how many frames all are.
-    pub fn from_options(options: &Common, stop: &Stop) -> Result<Option<Part>, Usage> {
+    pub fn from_options(options: &Common, stop: &Stop) -> Result<Option<ShardFrames>, Usage> {
         let shard = options.sharding.asked()?;
         if !shard.is_part() {
             return Ok(None);
@@ -48,7 +48,7 @@ impl Part {
         }
         let frames = shard.frames(0..all).map_err(Usage)?;
         let file = options.output.with_extension(format!("{}.{SUMS}", shard.name()));
-        Ok(Some(Part { shard, all, frames, file }))
+        Ok(Some(ShardFrames { shard, all, frames, file }))
     }
 
     /// What it is, as a part of this run.

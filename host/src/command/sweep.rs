@@ -10,7 +10,7 @@ use caustics::experiment::store::{self, Results};
 use caustics::experiment::sweep::config::Config;
 use caustics::experiment::sweep::expand::Expanded;
 use caustics::experiment::sweep::merge::{Joined, merge};
-use caustics::experiment::sweep::task::{Sweep, Task};
+use caustics::experiment::sweep::task::{SweepContext, Task};
 use caustics::experiment::table::{cells_csv, frames_csv, passes_csv};
 use caustics::file::read_text;
 use caustics::output::target::{Target, TargetError, remove};
@@ -23,7 +23,7 @@ use super::pick::pick;
 use crate::cli::{self, Machine, Tracer, Usage};
 
 /// Measures, or lists, or merges. 130 after Ctrl-C, with what was done written.
-pub fn run(options: &cli::Sweep) -> anyhow::Result<ExitCode> {
+pub fn run(options: &cli::SweepOptions) -> anyhow::Result<ExitCode> {
     let output = options.output.as_deref();
     if let (false, Some(out)) = (options.merge.is_empty(), output) {
         return join(options, out);
@@ -120,8 +120,14 @@ pub fn measure(config: &Config, tasks: &[Task], results: &Results, of: &str) -> 
     message!("{} cells{of}, {missing} to measure", tasks.len());
     let cache = if config.error.is_some() { cache()? } else { PathBuf::new() };
     let message = |line: &str| message!("{line}");
-    let sweep =
-        Sweep { config, results, cache, stopped: &stopped, on_message: &message, found: Default::default() };
+    let sweep = SweepContext {
+        config,
+        results,
+        cache,
+        stopped: &stopped,
+        on_message: &message,
+        found: Default::default(),
+    };
     let is_done = sweep.measure_all(tasks)?;
     if !is_done {
         message!("interrupted; the same command resumes");
@@ -143,7 +149,7 @@ fn cache() -> Result<PathBuf, Usage> {
 }
 
 /// Prints the cells and counts the references.
-fn dry_run(options: &cli::Sweep, config: &Config, tasks: &[Task]) -> anyhow::Result<ExitCode> {
+fn dry_run(options: &cli::SweepOptions, config: &Config, tasks: &[Task]) -> anyhow::Result<ExitCode> {
     let known = |task: &Task| store::read(options.output.as_deref()?, &task.identity);
     let mut done = 0;
     for task in tasks {
@@ -175,7 +181,7 @@ fn dry_run(options: &cli::Sweep, config: &Config, tasks: &[Task]) -> anyhow::Res
     Ok(ExitCode::SUCCESS)
 }
 
-fn join(options: &cli::Sweep, out: &Path) -> anyhow::Result<ExitCode> {
+fn join(options: &cli::SweepOptions, out: &Path) -> anyhow::Result<ExitCode> {
     let counts = merge(&options.merge, out)?;
     for (folder, joined) in options.merge.iter().zip(counts) {
         let (folder, Joined { taken, equal, older }) = (folder.display(), joined);

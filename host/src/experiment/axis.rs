@@ -26,7 +26,7 @@ pub struct Axis {
     /// Neutral value: that of cells to which it does not apply.
     pub neutral: &'static str,
     /// How a report tells its values apart.
-    pub shown: Shown,
+    pub shown: VisualEncoding,
     /// Why it does not apply to a cell; none where it does.
     pub not_applicable: fn(&Cell) -> Option<&'static str>,
     get: fn(&Cell) -> String,
@@ -44,7 +44,7 @@ pub enum Values {
 
 /// How a report tells values apart.
 #[derive(Clone, Copy, Debug)]
-pub enum Shown {
+pub enum VisualEncoding {
     /// By the colour of a mark.
     Color,
     /// By its shape.
@@ -114,7 +114,7 @@ macro_rules! chosen {
             values: Values::Names(|| $choice::ALL.iter().map(|of| (of.name(), of.description())).collect()),
             default: "",
             neutral: "",
-            shown: Shown::Color,
+            shown: VisualEncoding::Color,
             not_applicable: |_| None,
             get: |cell| cell.$field.name().into(),
             set: |cell, name| found($choice::find(name), &mut cell.$field),
@@ -149,7 +149,7 @@ pub static METHOD: Axis = Axis {
     values: Values::Names(|| method::ALL.iter().map(|of| (of.name, of.description)).collect()),
     default: "basic",
     neutral: "basic",
-    shown: Shown::Color,
+    shown: VisualEncoding::Color,
     not_applicable: |_| None,
     get: |cell| cell.method.name.into(),
     set: |cell, name| found(method::find(name), &mut cell.method),
@@ -163,7 +163,7 @@ pub static GATHER: Axis = Axis {
     values: Values::Names(|| variant::ALL.iter().map(|of| (of.name, of.description)).collect()),
     default: "",
     neutral: "",
-    shown: Shown::Shape,
+    shown: VisualEncoding::Shape,
     not_applicable: |cell| {
         (!cell.method.chooses_gather).then_some("brings photons and points together in its own way")
     },
@@ -198,7 +198,7 @@ pub static EMISSION: Axis = Axis {
     values: Values::Names(|| emission::ALL.iter().map(|of| (of.name, of.description)).collect()),
     default: "guided",
     neutral: "power",
-    shown: Shown::Color,
+    shown: VisualEncoding::Color,
     not_applicable: |cell| {
         (!cell.method.chooses_emission).then_some("starts light paths in its own way, or has none")
     },
@@ -211,7 +211,7 @@ pub static LIGHT_SAMPLER: Axis = Axis {
     description: "How camera paths find lights, up to the collection point",
     default: "resampled",
     neutral: "resampled",
-    shown: Shown::Words("nee-", |value| format!("light sampler {value}")),
+    shown: VisualEncoding::Words("nee-", |value| format!("light sampler {value}")),
     head: "light sampler",
     ..chosen!(light_sampler: LightSampler)
 };
@@ -221,7 +221,7 @@ pub static SAMPLER: Axis = Axis {
     description: "Where the random numbers of camera paths come from",
     default: "sobol",
     neutral: "sobol",
-    shown: Shown::Words("", |value| format!("{value} samples")),
+    shown: VisualEncoding::Words("", |value| format!("{value} samples")),
     ..chosen!(sampler: Sampler)
 };
 
@@ -233,7 +233,7 @@ pub static HISTORY: Axis = Axis {
     values: Values::Names(|| history::ALL.iter().map(|of| (of.name, of.description)).collect()),
     default: "none",
     neutral: "none",
-    shown: Shown::Color,
+    shown: VisualEncoding::Color,
     not_applicable: |cell| (!cell.method.supports_history).then_some("takes no light from the frame before"),
     get: |cell| cell.history.name.into(),
     set: |cell, name| found(history::find(name), &mut cell.history),
@@ -245,7 +245,7 @@ pub static PATH_HISTORY: Axis = Axis {
     description: "Path-traced light of the previous frame that collection points reuse",
     default: "none",
     neutral: "none",
-    shown: Shown::Color,
+    shown: VisualEncoding::Color,
     not_applicable: |cell| {
         let converges = cell.method.converges.then_some("converges: its frames are averaged");
         converges
@@ -271,7 +271,7 @@ pub static DENOISER: Axis = Axis {
     values: Values::Names(|| denoiser::ALL.iter().map(|of| (of.name, of.description)).collect()),
     default: "none",
     neutral: "none",
-    shown: Shown::Color,
+    shown: VisualEncoding::Color,
     not_applicable: |cell| {
         (!cell.method.gathers).then_some("makes no collection points, which a denoiser looks at")
     },
@@ -287,7 +287,7 @@ pub static RUNNER: Axis = Axis {
     values: Values::Names(|| RUNNERS.to_vec()),
     default: "auto",
     neutral: "auto",
-    shown: Shown::Words("", str::to_string),
+    shown: VisualEncoding::Words("", str::to_string),
     not_applicable: |_| None,
     get: |cell| runner_name(&cell.runner).into(),
     set: |cell, name| {
@@ -300,7 +300,7 @@ pub static FEATURES: Axis = Axis {
     description: "Kernel code that is compiled in",
     default: "scene",
     neutral: "scene",
-    shown: Shown::Words("", |value| format!("{value} features")),
+    shown: VisualEncoding::Words("", |value| format!("{value} features")),
     ..chosen!(features: FeatureChoice)
 };
 
@@ -312,7 +312,7 @@ pub static PATHS_PER_PIXEL: Axis = Axis {
     values: Values::Numbers("more than 0, at most 4096"),
     default: "auto",
     neutral: "",
-    shown: Shown::Words("", |value| {
+    shown: VisualEncoding::Words("", |value| {
         let unit = if value == "1" { "path/px" } else { "paths/px" };
         format!("{value} {unit}")
     }),
@@ -333,7 +333,7 @@ pub static RADIUS_PX: Axis = Axis {
     values: Values::Numbers("auto or a positive number"),
     default: "1",
     neutral: "1",
-    shown: Shown::Words("r", |value| format!("radius {value} px")),
+    shown: VisualEncoding::Words("r", |value| format!("radius {value} px")),
     not_applicable: |cell| match cell.radius {
         _ if !cell.method.gathers => Some("makes no collection points"),
         Radius::Auto if !cell.method.chooses_gather => Some("has no discs that could widen"),
@@ -362,7 +362,7 @@ pub static MAX_BOUNCES: Axis = Axis {
     values: Values::Numbers("1 to 64"),
     default: "5",
     neutral: "5",
-    shown: Shown::Words("b", |value| format!("{value} bounces")),
+    shown: VisualEncoding::Words("b", |value| format!("{value} bounces")),
     not_applicable: |_| None,
     get: |cell| cell.max_bounces.to_string(),
     set: |cell, text| {

@@ -4,7 +4,7 @@ use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::Method;
 use caustics_kernels::{denoiser, emission, history};
 
-use super::axis::{AXES, HISTORY, METHOD, PATHS_PER_PIXEL, Shown};
+use super::axis::{AXES, HISTORY, METHOD, PATHS_PER_PIXEL, VisualEncoding};
 use super::cell::{Cell, FeatureChoice, Paths, Radius, default_gather};
 use super::result::CellConfig;
 use crate::scene::Scene;
@@ -58,7 +58,7 @@ impl Cell {
 
     /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
     fn short_name(&self) -> String {
-        let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, Shown::Color));
+        let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, VisualEncoding::Color));
         let colored = colored.filter(|axis| **axis == HISTORY || (axis.not_applicable)(self).is_none());
         let named =
             colored.filter(|axis| [&METHOD, &HISTORY].contains(axis) || axis.get(self) != axis.default);
@@ -89,8 +89,8 @@ impl Cell {
 /// Names the cells of a run: what has a colour, then whatever else differs between cells of the run.
 pub fn name_all(cells: &mut [Cell]) {
     let mut names: Vec<String> = cells.iter().map(Cell::short_name).collect();
-    for axis in AXES.into_iter().filter(|axis| !matches!(axis.shown, Shown::Color)) {
-        let letters = if let Shown::Words(letters, _) = axis.shown { letters } else { "" };
+    for axis in AXES.into_iter().filter(|axis| !matches!(axis.shown, VisualEncoding::Color)) {
+        let letters = if let VisualEncoding::Words(letters, _) = axis.shown { letters } else { "" };
         let text = |cell: &Cell| match (axis.not_applicable)(cell) {
             Some(_) => String::new(),
             None => format!("{letters}{}", axis.get(cell)),

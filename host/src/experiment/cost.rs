@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cell::Cell;
 use super::memory::memory;
-use super::plan::Plan;
+use super::plan::MeasurementPlan;
 use super::record::FrameRecord;
 use crate::scene::Scene;
 use caustics_kernels::history;
@@ -46,7 +46,7 @@ pub struct Cost {
 /// Costs of the passes of a cell that the model knows, of its records; `hits_per_s` is the rate of the tracer alone. None
 /// where the plan's camera is not there.
 pub fn costs(
-    plan: &Plan,
+    plan: &MeasurementPlan,
     scene: &Scene,
     cell: &Cell,
     records: &[&FrameRecord],

@@ -33,27 +33,27 @@ pub struct Measure {
     /// Whether a report draws speed against it.
     pub charted: bool,
     /// Its value; none where an image is not finite, or what it is relative to is black or absent.
-    pub of: fn(&Seen) -> Option<Found>,
+    pub of: fn(&Seen) -> Option<MeasuredValue>,
 }
 
 /// A value found in a frame of several seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct MeasuredValue {
     /// The mean over the seeds.
     pub value: f64,
     /// Its standard error, where two seeds or more have a value each.
     pub standard_error: Option<f64>,
 }
 
-impl Found {
+impl MeasuredValue {
     /// The mean of values that are all there; one a seed.
-    fn from_seeds(values: impl Iterator<Item = Option<f64>>) -> Option<Found> {
+    fn from_seeds(values: impl Iterator<Item = Option<f64>>) -> Option<MeasuredValue> {
         let values = values.collect::<Option<Vec<f64>>>()?;
         let count = values.len() as f64;
         let value = values.iter().sum::<f64>() / count;
         let squares = values.iter().map(|one| (one - value).powi(2)).sum::<f64>();
         let standard_error = (values.len() > 1).then(|| (squares / (count * (count - 1.0))).sqrt());
-        value.is_finite().then_some(Found { value, standard_error })
+        value.is_finite().then_some(MeasuredValue { value, standard_error })
     }
 }
 
@@ -207,7 +207,7 @@ pub static CAUSTICS_VARIANCE: Measure = Measure {
     charted: false,
     of: |seen| {
         let layers: Vec<&[Vec3]> = seen.now.iter().map(|now| now.radiance.as_slice()).collect();
-        Some(Found { value: mean_variance(&layers)?, standard_error: None })
+        Some(MeasuredValue { value: mean_variance(&layers)?, standard_error: None })
     },
 };
 
@@ -232,15 +232,15 @@ impl<'a> Seen<'a> {
     }
 
     /// The mean over the seeds, if all have a value.
-    fn mean(&self, of: impl Fn(&MeasuredImage) -> Option<f64>) -> Option<Found> {
-        Found::from_seeds(self.now.iter().map(of))
+    fn mean(&self, of: impl Fn(&MeasuredImage) -> Option<f64>) -> Option<MeasuredValue> {
+        MeasuredValue::from_seeds(self.now.iter().map(of))
     }
 
     /// The mean change since the frame before, beyond that of the reference.
-    fn change(&self, of: &dyn Fn(&MeasuredImage, &MeasuredImage) -> Option<f64>) -> Option<Found> {
+    fn change(&self, of: &dyn Fn(&MeasuredImage, &MeasuredImage) -> Option<f64>) -> Option<MeasuredValue> {
         let reference = of(self.reference, self.reference_before?)?;
         let pairs = self.now.iter().zip(self.before);
-        Found::from_seeds(pairs.map(|(now, before)| Some(of(now, before)? - reference)))
+        MeasuredValue::from_seeds(pairs.map(|(now, before)| Some(of(now, before)? - reference)))
     }
 }
 
@@ -431,13 +431,13 @@ mod tests {
     fn seeds_that_differ_have_a_standard_error() {
         let values = [1.0, 2.0, 6.0].map(Some);
         // Deviations -2, -1 and 3 of the mean 3.
-        let expected = Found { value: 3.0, standard_error: Some((14.0_f64 / 6.0).sqrt()) };
-        assert_eq!(Found::from_seeds(values.into_iter()), Some(expected));
+        let expected = MeasuredValue { value: 3.0, standard_error: Some((14.0_f64 / 6.0).sqrt()) };
+        assert_eq!(MeasuredValue::from_seeds(values.into_iter()), Some(expected));
         assert_eq!(
-            Found::from_seeds([Some(2.0)].into_iter()),
-            Some(Found { value: 2.0, standard_error: None })
+            MeasuredValue::from_seeds([Some(2.0)].into_iter()),
+            Some(MeasuredValue { value: 2.0, standard_error: None })
         );
-        assert_eq!(Found::from_seeds([Some(2.0), None].into_iter()), None);
-        assert_eq!(Found::from_seeds(std::iter::empty()), None);
+        assert_eq!(MeasuredValue::from_seeds([Some(2.0), None].into_iter()), None);
+        assert_eq!(MeasuredValue::from_seeds(std::iter::empty()), None);
     }
 }

@@ -13,7 +13,7 @@ use glam::Vec3;
 use super::cell::Cell;
 use super::error::{MEASURES, MeasuredImage, Seen};
 use super::identity;
-use super::plan::Plan;
+use super::plan::MeasurementPlan;
 use super::record::FrameRecord;
 use super::reference::References;
 use crate::metric::error_map::ErrorMap;
@@ -28,7 +28,7 @@ struct Run {
     sessions: Vec<Session>,
     /// The frame before, of each seed.
     before: Vec<MeasuredImage>,
-    shown: Option<Shown>,
+    shown: Option<ComparedFrame>,
 }
 
 /// The reference of a frame.
@@ -39,7 +39,7 @@ struct MeasuredReference {
 
 /// The last frame of a cell that was compared with a reference: display colours, the first seed's.
 #[derive(Clone, Debug)]
-pub struct Shown {
+pub struct ComparedFrame {
     /// The image.
     pub image: Vec<Vec3>,
     /// Its reference.
@@ -54,7 +54,7 @@ pub struct Outcome {
     /// Device and driver.
     pub device: String,
     /// Its last frame, if it was compared.
-    pub shown: Option<Shown>,
+    pub shown: Option<ComparedFrame>,
 }
 
 /// Measures every frame of some cells and hands the records of each frame to `each`. What is left of the cells, in their
@@ -63,7 +63,7 @@ pub struct Outcome {
 /// # Errors
 /// A session that cannot be opened, a frame that fails, a reference that is not there.
 pub fn measure(
-    plan: &Plan,
+    plan: &MeasurementPlan,
     scene: &Scene,
     cells: &[Cell],
     references: Option<&References>,
@@ -125,7 +125,7 @@ pub fn measure(
     Ok(Some(runs.into_iter().map(outcome).collect()))
 }
 
-fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
+fn open(plan: &MeasurementPlan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
     let camera = scene.camera(Some(&plan.camera))?;
     let features = cell.features(scene, plan.settings.specular_roughness);
     let session = |seed| {
@@ -138,7 +138,7 @@ fn open(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
 
 /// Renders the frame with the first seed: times and counters.
 fn render(
-    plan: &Plan,
+    plan: &MeasurementPlan,
     scene: &Scene,
     run: &mut Run,
     record: &mut FrameRecord,
@@ -179,7 +179,7 @@ fn render(
 
 /// Measures the errors of the frame that the sessions have rendered.
 fn compare(
-    plan: &Plan,
+    plan: &MeasurementPlan,
     run: &mut Run,
     record: &mut FrameRecord,
     reference: &MeasuredReference,
@@ -200,7 +200,7 @@ fn compare(
         && let (Some(session), [image, ..], [first, ..]) = (run.sessions.first_mut(), &images[..], &now[..])
     {
         // What the session shows overwrites its frame, of which nothing more is read.
-        run.shown = Some(Shown {
+        run.shown = Some(ComparedFrame {
             image: session.display(image)?,
             reference: session.display(&reference.image)?,
             error_map: first.flip_map(&reference.measured, exposure).map(ErrorMap::to_colors),

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::cell::Cell;
-use super::plan::Plan;
+use super::plan::MeasurementPlan;
 use crate::scene::Scene;
 use caustics_kernels::method::frame::frame_buffers;
 
 /// Bytes of the buffers of a cell, scene tables aside.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Memory {
+pub struct BufferMemory {
     /// Of all.
     pub total_bytes: usize,
     /// Of each.
@@ -19,10 +19,10 @@ pub struct Memory {
 }
 
 /// The buffers that a session of the cell allocates, opened at the scene's pose.
-pub fn memory(plan: &Plan, cell: &Cell, scene: &Scene) -> Option<Memory> {
+pub fn memory(plan: &MeasurementPlan, cell: &Cell, scene: &Scene) -> Option<BufferMemory> {
     let camera = scene.camera(Some(&plan.camera)).ok()?;
     let params = cell.settings(&plan.settings).largest(scene, camera);
     let buffers = frame_buffers(cell.method, cell.parts(), &params);
     let buffers_bytes: BTreeMap<_, _> = buffers.iter().map(|buffer| (buffer.name, buffer.bytes)).collect();
-    Some(Memory { total_bytes: buffers_bytes.values().sum(), buffers_bytes })
+    Some(BufferMemory { total_bytes: buffers_bytes.values().sum(), buffers_bytes })
 }

@@ -17,7 +17,7 @@ pub enum Compared {
 
 /// What is measured.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct MeasurementPlan {
     /// Settings of all cells; what a cell has is its own.
     pub settings: Settings,
     /// Name of the camera.
@@ -38,7 +38,7 @@ pub struct Plan {
     pub seeds: u32,
 }
 
-impl Plan {
+impl MeasurementPlan {
     /// Time that a frame shows (s).
     pub fn time_of(&self, frame: u32) -> f64 {
         self.moment.unwrap_or(f64::from(frame) / self.fps)

@@ -14,7 +14,7 @@ use glam::Vec3;
 
 use super::cell::{Cell, default_gather};
 use super::identity::{self, pose};
-use super::plan::Plan;
+use super::plan::MeasurementPlan;
 use crate::accumulation::{Accumulation, BATCHES};
 use crate::file::read_file;
 use crate::hash::digest;
@@ -37,7 +37,7 @@ const LIGHT_PATHS_PER_PIXEL: u32 = 4;
 /// References of the frames of a plan.
 #[derive(Debug)]
 pub struct References<'a> {
-    plan: &'a Plan,
+    plan: &'a MeasurementPlan,
     cell: &'a Cell,
     /// Posed at one time after the other.
     scene: RefCell<Scene>,
@@ -64,7 +64,13 @@ pub enum Kept {
 impl<'a> References<'a> {
     /// References of a scene as loaded, in a folder of their own below `cache`. Of the cell they have the bounces, and its
     /// runner renders them.
-    pub fn new(plan: &'a Plan, cell: &'a Cell, scene: &Scene, frames: u32, cache: &Path) -> References<'a> {
+    pub fn new(
+        plan: &'a MeasurementPlan,
+        cell: &'a Cell,
+        scene: &Scene,
+        frames: u32,
+        cache: &Path,
+    ) -> References<'a> {
         let pixels = plan.settings.width * plan.settings.height;
         let settings = Settings {
             light_paths: LIGHT_PATHS_PER_PIXEL * pixels,

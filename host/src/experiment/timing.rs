@@ -6,7 +6,7 @@ use caustics_kernels::declare::Work;
 
 use super::cell::Cell;
 use super::memory::memory;
-use super::plan::Plan;
+use super::plan::MeasurementPlan;
 use super::record::FrameRecord;
 use super::result::{CellTime, Quartiles};
 use crate::metric::percentile::quantile;
@@ -22,7 +22,7 @@ const TRACERS: [Work; 2] = [Work::Camera, Work::Light];
 
 /// Times of a cell, of the records of all cells of a run; the scene is posed at the first frame. None without timed frames.
 pub fn cell_time(
-    plan: &Plan,
+    plan: &MeasurementPlan,
     scene: &Scene,
     cell: &Cell,
     first: &Cell,
@@ -95,8 +95,8 @@ mod tests {
     use crate::settings::Settings;
     use caustics_kernels::method::basic::BASIC;
 
-    fn plan() -> Plan {
-        Plan {
+    fn plan() -> MeasurementPlan {
+        MeasurementPlan {
             settings: Settings { width: 40, height: 25, ..Settings::default() },
             camera: String::new(),
             frames: 0..4,

@@ -1,23 +1,23 @@
 //! The camera path of a pixel.
 
 use caustics_kernels::math::rng::Stream;
-use caustics_kernels::pass::collect::{CameraSuffix, Start, follow};
+use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix, follow};
 use caustics_kernels::platform::Uncounted;
 
-use super::record::Record;
-use super::view::View;
+use super::record::PathRecorder;
+use super::view::InspectedFrame;
 use super::{CameraPath, Event};
 
 /// Traces the path of a pixel: to its collection point, or all of it where methods have none.
-pub fn path(view: View<'_>, pixel: u32, has_point: bool) -> CameraPath {
-    let View { scene, params, features } = view;
+pub fn path(view: InspectedFrame<'_>, pixel: u32, has_point: bool) -> CameraPath {
+    let InspectedFrame { scene, params, features } = view;
     let (stream, suffix) = if has_point {
         (Stream::Camera, CameraSuffix::NOTHING)
     } else {
         (Stream::Reference, CameraSuffix::ALL)
     };
-    let start = Start::new(stream, pixel, params);
-    let (mut tracer, mut record) = (scene.tracer(features), Record::new(view));
+    let start = CameraPathStart::new(stream, pixel, params);
+    let (mut tracer, mut record) = (scene.tracer(features), PathRecorder::new(view));
     let tables = scene.tables();
     follow(start, suffix, params, features, tables, &mut tracer, &mut record, &mut Uncounted);
     if has_point && record.has_point {

@@ -15,14 +15,14 @@ use caustics_kernels::surface::vertex::{Vertex, vertex};
 use caustics_kernels::trace::Tracer;
 use glam::Vec3;
 
-use super::photons::Found;
-use super::record::Record;
-use super::view::View;
+use super::photons::GatheredPhoton;
+use super::record::PathRecorder;
+use super::view::InspectedFrame;
 use super::{Event, Light, LightPath};
 
 /// Writes down a light path up to a photon.
 struct Follow<'a> {
-    record: Record<'a>,
+    record: PathRecorder<'a>,
     emission: Option<EmissionSample>,
     /// What the path carries (W).
     flux: Vec3,
@@ -62,10 +62,10 @@ impl Receive for Follow<'_> {
 }
 
 /// Traces the light path of a photon.
-pub fn path(view: View<'_>, emit: &(dyn Emit + Sync), found: &Found) -> LightPath {
-    let View { scene, params, features } = view;
+pub fn path(view: InspectedFrame<'_>, emit: &(dyn Emit + Sync), found: &GatheredPhoton) -> LightPath {
+    let InspectedFrame { scene, params, features } = view;
     let mut follow = Follow {
-        record: Record::new(view),
+        record: PathRecorder::new(view),
         emission: None,
         flux: Vec3::ZERO,
         light_path_count: params.light_path_count,
@@ -86,7 +86,7 @@ pub fn path(view: View<'_>, emit: &(dyn Emit + Sync), found: &Found) -> LightPat
 }
 
 /// The light that a path starts from. Starts do not say it: it is told by where they are.
-fn light(view: View<'_>, emission: &EmissionSample) -> Option<Light> {
+fn light(view: InspectedFrame<'_>, emission: &EmissionSample) -> Option<Light> {
     let (ray, rows) = (&emission.ray, &view.scene.lights);
     let is_it = |row: &LightRecord| match row.kind {
         kind if kind == Features::ENVIRONMENT.0 => emission.area > 0.0,
@@ -101,7 +101,7 @@ fn light(view: View<'_>, emission: &EmissionSample) -> Option<Light> {
 }
 
 /// The row of the emitting triangle that a ray left.
-fn area_light_behind(view: View<'_>, ray: &Ray) -> Option<u32> {
+fn area_light_behind(view: InspectedFrame<'_>, ray: &Ray) -> Option<u32> {
     let (tables, features) = (view.scene.tables(), Features(view.features.0 & Features::INSTANCES.0));
     let back = Ray::endless(ray.origin, -ray.direction);
     let hit = view.scene.tracer(features).closest(&back);

@@ -8,8 +8,8 @@ use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_kernels::light::emit::Emit;
 
-use super::photons::{Found, Taker, choose};
-use super::view::View;
+use super::photons::{GatheredPhoton, Taker, choose};
+use super::view::InspectedFrame;
 use super::{Inspection, LightPath, Photons, camera, light};
 use crate::runner::RunError;
 use crate::scene::Scene;
@@ -53,7 +53,7 @@ impl Session {
         }
         let last = self.last().cloned().ok_or(SessionError::NoFrame)?;
         let (method, _, features) = self.made_of();
-        let view = View { scene, params: &last.params, features };
+        let view = InspectedFrame { scene, params: &last.params, features };
         let FrameParams { width, height, frame, .. } = last.params;
         if x >= width || y >= height {
             return Err(SessionError::NoPixel { x, y, width, height });
@@ -91,7 +91,7 @@ impl Session {
         max_count: usize,
     ) -> Result<(Photons, Vec<LightPath>), SessionError> {
         let groups = if taker.geometry.exists() { self.groups(last)? } else { Vec::new() };
-        let mut found: Vec<Found> = Vec::new();
+        let mut found: Vec<GatheredPhoton> = Vec::new();
         for Group { paths, starts } in &groups {
             self.emit(taker.view, starts, |emit| found.extend(taker.find(paths.clone(), emit)))?;
         }
@@ -131,11 +131,11 @@ impl Session {
     /// Calls with what starts light paths.
     fn emit(
         &self,
-        view: View<'_>,
+        view: InspectedFrame<'_>,
         buffers: &Buffers,
         mut then: impl FnMut(&(dyn Emit + Sync)),
     ) -> Result<(), SessionError> {
-        let View { scene, params, features } = view;
+        let InspectedFrame { scene, params, features } = view;
         let (_, parts, _) = self.made_of();
         let started = (parts.emission.starts)(scene.tables(), params, features, buffers, &mut then);
         let pass = parts.emission.shoot.name.to_string();

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use caustics_kernels::gather::accumulator::Sum;
+use caustics_kernels::gather::accumulator::GatheredSum;
 use caustics_kernels::gather::contribution::{contribution, takes};
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::light::emit::Emit;
@@ -14,12 +14,12 @@ use caustics_kernels::surface::textured::material_of;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::view::View;
+use super::view::InspectedFrame;
 use super::{Photon, Point};
 
 /// A photon that the point took.
 #[derive(Clone, Copy)]
-pub struct Found {
+pub struct GatheredPhoton {
     /// Its light path.
     pub path: u32,
     /// Where it is.
@@ -32,7 +32,7 @@ pub struct Found {
 
 /// A collection point that takes photons.
 pub struct Taker<'a> {
-    pub view: View<'a>,
+    pub view: InspectedFrame<'a>,
     pub geometry: PointGeometry,
     pub shading: PointShading,
 }
@@ -70,13 +70,13 @@ impl Taker<'_> {
     }
 
     /// The photons of these light paths that the point takes, in the order of the paths.
-    pub fn find(&self, paths: Range<u32>, emit: &(dyn Emit + Sync)) -> Vec<Found> {
-        let View { scene, params, features } = self.view;
+    pub fn find(&self, paths: Range<u32>, emit: &(dyn Emit + Sync)) -> Vec<GatheredPhoton> {
+        let InspectedFrame { scene, params, features } = self.view;
         let (tables, tracer) = (scene.tables(), scene.tracer(features));
         let material = material_of(&self.shading, tables.materials, features);
         let found = |path, (geometry, light)| {
             let value = contribution(&self.shading, material, &light, params.specular_roughness, features);
-            Found { path, geometry, light, value }
+            GatheredPhoton { path, geometry, light, value }
         };
         let of_path = |path| {
             let mut keep = Keep { point: &self.geometry, max_bounces: params.max_bounces, kept: Vec::new() };
@@ -87,17 +87,19 @@ impl Taker<'_> {
     }
 
     /// Flux that photons bring to the disc (W), and what they give the pixel (W m^-2 sr^-1).
-    pub fn sum(&self, found: &[Found]) -> ([f32; 3], [f32; 3]) {
+    pub fn sum(&self, found: &[GatheredPhoton]) -> ([f32; 3], [f32; 3]) {
         let params = self.view.params;
-        let flux: Vec3 = found.iter().map(Found::flux).sum();
-        let add = |sum: Sum, found: &Found| sum.plus(Sum::new(found.value, params.inverse_quantum()));
-        let Sum { red, green, blue, .. } = found.iter().fold(Sum::default(), add);
+        let flux: Vec3 = found.iter().map(GatheredPhoton::flux).sum();
+        let add = |sum: GatheredSum, found: &GatheredPhoton| {
+            sum.plus(GatheredSum::new(found.value, params.inverse_quantum()))
+        };
+        let GatheredSum { red, green, blue, .. } = found.iter().fold(GatheredSum::default(), add);
         let value = Vec3::from_array([red, green, blue].map(|sum| sum.to_f32(params.quantum)));
         (flux.to_array(), self.radiance(value).to_array())
     }
 
     /// A photon, told.
-    pub fn describe(&self, found: &Found) -> Photon {
+    pub fn describe(&self, found: &GatheredPhoton) -> Photon {
         Photon {
             path: found.path,
             position: self.view.file_position(found.geometry.position),
@@ -114,7 +116,7 @@ impl Taker<'_> {
     }
 }
 
-impl Found {
+impl GatheredPhoton {
     /// Flux that arrives (W).
     fn flux(&self) -> Vec3 {
         self.light.flux * self.light.to_light.dot(self.geometry.normal)
@@ -122,20 +124,20 @@ impl Found {
 }
 
 /// At most `max_count` photons, in their order: half of them spread evenly, half by what they give.
-pub fn choose(found: &[Found], max_count: usize) -> Vec<Found> {
+pub fn choose(found: &[GatheredPhoton], max_count: usize) -> Vec<GatheredPhoton> {
     if found.len() <= max_count {
         return found.to_vec();
     }
-    let gives = |found: &Found| f64::from(found.value.element_sum());
+    let gives = |found: &GatheredPhoton| f64::from(found.value.element_sum());
     let total: f64 = found.iter().map(gives).filter(|gives| gives.is_finite()).sum();
-    let share = |photon: &Found| {
+    let share = |photon: &GatheredPhoton| {
         let (share, even) = (gives(photon) / total, 1.0 / found.len() as f64);
         0.5 * (even + if share.is_finite() { share } else { even })
     };
     // Systematic sampling: the photons whose shares hold one of `max_count` equidistant numbers.
     let mut below = 0.0;
     let number = |below: f64| (below * max_count as f64 + 0.5).floor();
-    let is_chosen = |photon: &&Found| {
+    let is_chosen = |photon: &&GatheredPhoton| {
         let before = below;
         below += share(photon);
         number(below) > number(before)
@@ -149,21 +151,21 @@ mod tests {
 
     #[test]
     fn deposits_are_chosen_all_over_and_the_brightest_for_sure() {
-        let found = |path: u32, value: f32| Found {
+        let found = |path: u32, value: f32| GatheredPhoton {
             path,
             geometry: PhotonGeometry::default(),
             light: PhotonLight::default(),
             value: Vec3::splat(value),
         };
-        let even: Vec<Found> = (0..1001).map(|path| found(path, 1.0)).collect();
-        let paths = |found: &[Found], max_count| {
+        let even: Vec<GatheredPhoton> = (0..1001).map(|path| found(path, 1.0)).collect();
+        let paths = |found: &[GatheredPhoton], max_count| {
             choose(found, max_count).iter().map(|found| found.path).collect::<Vec<_>>()
         };
         assert_eq!(paths(&even, 4), [125, 375, 625, 875]);
         assert_eq!(paths(&even[..3], 4), [0, 1, 2]);
         assert_eq!(paths(&even, 0), [0; 0]);
         // Black ones are spread evenly, too.
-        let black: Vec<Found> = (0..1001).map(|path| found(path, 0.0)).collect();
+        let black: Vec<GatheredPhoton> = (0..1001).map(|path| found(path, 0.0)).collect();
         assert_eq!(paths(&black, 4), [125, 375, 625, 875]);
         // One that gives as much as all others holds a quarter of the numbers and more.
         let mut bright = even.clone();

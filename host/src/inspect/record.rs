@@ -16,14 +16,14 @@ use glam::Vec3;
 
 use super::Vertex;
 use super::event::{Event, event, passed};
-use super::view::View;
+use super::view::InspectedFrame;
 
 /// Faces that a segment is followed through at most: a bound for loops alone.
 const MAX_PASSED: usize = 256;
 
 /// The vertices of a path, so far.
-pub struct Record<'a> {
-    view: View<'a>,
+pub struct PathRecorder<'a> {
+    view: InspectedFrame<'a>,
     /// What was met.
     pub vertices: Vec<Vertex>,
     /// The last vertex and its material.
@@ -34,9 +34,9 @@ pub struct Record<'a> {
     pub has_point: bool,
 }
 
-impl<'a> Record<'a> {
-    pub fn new(view: View<'a>) -> Record<'a> {
-        Record { view, vertices: Vec::new(), here: None, left: None, has_point: false }
+impl<'a> PathRecorder<'a> {
+    pub fn new(view: InspectedFrame<'a>) -> PathRecorder<'a> {
+        PathRecorder { view, vertices: Vec::new(), here: None, left: None, has_point: false }
     }
 
     /// Says what the path came to at its last vertex.
@@ -53,7 +53,7 @@ impl<'a> Record<'a> {
     }
 
     fn vertex(&self, here: &Here, hit: &Hit, event: Event, carries: Vec3) -> Vertex {
-        let View { scene, features, .. } = self.view;
+        let InspectedFrame { scene, features, .. } = self.view;
         let channels = ["red", "green", "blue"].into_iter().zip(carries.to_array());
         let mut carried = channels.filter(|(_, carries)| *carries > 0.0).map(|(name, _)| name);
         let only = carried.next().filter(|_| carried.next().is_none());
@@ -74,7 +74,7 @@ impl<'a> Record<'a> {
 
     /// Writes down the faces on the way to a hit: those that are not there, and those within a medium of higher priority.
     fn pass(&mut self, ray: &Ray, hit: &Hit, carries: Vec3) {
-        let View { scene, features, .. } = self.view;
+        let InspectedFrame { scene, features, .. } = self.view;
         if !features.has(SOME_ARE_NOT_THERE | Features::NESTED) {
             return;
         }
@@ -97,12 +97,12 @@ impl<'a> Record<'a> {
     }
 }
 
-impl PathObserver for Record<'_> {
+impl PathObserver for PathRecorder<'_> {
     type Kept = ();
 
     fn arrive(&mut self, ray: &Ray, hit: &Hit, here: &Here, carries: Vec3) {
         self.pass(ray, hit, carries);
-        let View { scene, features, .. } = self.view;
+        let InspectedFrame { scene, features, .. } = self.view;
         let event = if here.light == NONE { Event::Ended } else { Event::Emitter };
         self.vertices.push(self.vertex(here, hit, event, carries));
         self.here = Some((*here, material_at(scene.tables(), here, features)));

@@ -8,7 +8,7 @@ use crate::scene::Scene;
 
 /// A frame and its scene.
 #[derive(Clone, Copy)]
-pub struct View<'a> {
+pub struct InspectedFrame<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The settings of the frame.
@@ -17,7 +17,7 @@ pub struct View<'a> {
     pub features: Features,
 }
 
-impl View<'_> {
+impl InspectedFrame<'_> {
     /// A position in the file's coordinates (m).
     pub fn file_position(&self, position: Vec3) -> [f64; 3] {
         (position.as_dvec3() + self.scene.origin).to_array()

@@ -16,7 +16,7 @@ pub const RAYQUERY: &str = "rayquery.spv";
 
 /// What `kernels.lock` says that a program must know.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-pub struct Lock {
+pub struct KernelsLock {
     /// Hash of what kernels and program must agree on; locks of old kernels have none.
     #[serde(default)]
     pub interface: String,
@@ -26,9 +26,9 @@ pub struct Lock {
     rayquery: String,
 }
 
-impl Lock {
+impl KernelsLock {
     /// The lock of a folder.
-    pub fn read(folder: &Path) -> Result<Lock, KernelsError> {
+    pub fn read(folder: &Path) -> Result<KernelsLock, KernelsError> {
         let file = folder.join("kernels.lock");
         let text = match read_text(&file) {
             Ok(text) => text,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::lock::Lock;
+use super::lock::KernelsLock;
 
 /// Says when a new whole set of kernels lies in a folder. It starts no thread: ask it as often as it matters, at the cost of
 /// reading a small file.
@@ -23,7 +23,7 @@ use super::lock::Lock;
 pub struct Watch {
     folder: PathBuf,
     /// The lock of the set that was seen last.
-    seen: Option<Lock>,
+    seen: Option<KernelsLock>,
 }
 
 impl Watch {
@@ -37,7 +37,7 @@ impl Watch {
     /// Whether another set lies there than at the last call, and is whole: a set that is being written is new when it is there.
     /// Whether this program can run it is what [`Source::modules`](super::Source::modules) says.
     pub fn has_new(&mut self) -> bool {
-        let Ok(lock) = Lock::read(&self.folder) else { return false };
+        let Ok(lock) = KernelsLock::read(&self.folder) else { return false };
         if self.seen.as_ref() == Some(&lock) || lock.modules(&self.folder).is_err() {
             return false;
         }

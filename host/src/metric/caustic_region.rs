@@ -1,7 +1,7 @@
 //! The caustic region: the pixels in which caustics are at least a fifth of the reference's luminance, and errors of the whole
 //! light there. Caustics are often a small part of an image; over all of it, a method that leaves them out may look good.
 
-use super::comparison::{Better, Comparison, Metric, NoValue, Value};
+use super::comparison::{Better, Comparison, Metric, MetricValue, NoValue};
 use super::flip::color::luminance;
 use super::pixels::{Estimate, Pixels};
 use super::{flip_ldr, relmse};
@@ -82,7 +82,7 @@ fn region(comparison: &Comparison<'_>) -> Result<CausticRegion, NoValue> {
 }
 
 /// A mean of the relative squared errors in the region, mean over runs.
-fn errors(comparison: &Comparison<'_>, mean: fn(&[f64]) -> f64) -> Value {
+fn errors(comparison: &Comparison<'_>, mean: fn(&[f64]) -> f64) -> MetricValue {
     let region = region(comparison)?;
     let reference = &comparison.reference.mean;
     let of_run = |run: &Estimate| mean(&region.pick(&relmse::errors(&run.mean, reference)));

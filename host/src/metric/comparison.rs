@@ -27,7 +27,7 @@ impl Default for Viewing {
 }
 
 /// A metric's value, or why there is none.
-pub type Value = Result<f64, NoValue>;
+pub type MetricValue = Result<f64, NoValue>;
 
 /// Why a metric has no value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -97,7 +97,7 @@ pub struct Metric {
     /// Limitations: where its value misleads, in one line.
     pub limitations: &'static str,
     /// Its value.
-    pub compute: fn(&Comparison<'_>) -> Value,
+    pub compute: fn(&Comparison<'_>) -> MetricValue,
 }
 
 impl Metric {

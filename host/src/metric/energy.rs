@@ -35,13 +35,13 @@ pub static ENERGY_STANDARD_ERROR: Metric = Metric {
     compute: |comparison| shared_energy(comparison).standard_error.ok_or(NoValue::NoNoise),
 };
 
-fn shared_energy(comparison: &Comparison<'_>) -> Energy {
+fn shared_energy(comparison: &Comparison<'_>) -> EnergyRatio {
     *comparison.shared(|Comparison { runs, reference, .. }| energy(runs, reference))
 }
 
 /// A ratio and how far noise may have moved it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Energy {
+pub struct EnergyRatio {
     /// Sum of the image (mean of its runs) over sum of the reference; not finite against a black reference.
     pub ratio: f64,
     /// Standard error of the ratio, where the noise of both is known.
@@ -50,7 +50,7 @@ pub struct Energy {
 
 /// The energy ratio. The noise of the image is that between runs, else that of its variance, as is that of the
 /// reference; channels are then taken as fully correlated and pixels as independent.
-pub fn energy(runs: &[Estimate], reference: &Estimate) -> Energy {
+pub fn energy(runs: &[Estimate], reference: &Estimate) -> EnergyRatio {
     let sum = |pixels: &Pixels| pixels.values.iter().sum::<DVec3>().element_sum();
     let variance_of_sum = |variance: &Pixels| {
         let sum = variance.values.iter().sum::<DVec3>();
@@ -67,5 +67,5 @@ pub fn energy(runs: &[Estimate], reference: &Estimate) -> Energy {
     let of_reference = reference.variance.as_ref().map(variance_of_sum);
     let standard_error =
         of_image.zip(of_reference).map(|(a, b)| ((a + ratio * ratio * b) / (expected * expected)).sqrt());
-    Energy { ratio, standard_error }
+    EnergyRatio { ratio, standard_error }
 }

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use glam::DVec3;
 
-use super::comparison::{Better, Comparison, Metric, NoValue, Value};
+use super::comparison::{Better, Comparison, Metric, MetricValue, NoValue};
 use super::error_map::ErrorMap;
 use super::flip::{color, flip};
 use super::pixels::Pixels;
@@ -36,7 +36,7 @@ pub fn map(comparison: &Comparison<'_>) -> Rc<HdrMap> {
     })
 }
 
-fn value(comparison: &Comparison<'_>) -> Value {
+fn value(comparison: &Comparison<'_>) -> MetricValue {
     match comparison.viewing.encoding {
         Encoding::Srgb => Err(NoValue::DisplayColours),
         Encoding::Linear => map(comparison).0.as_ref().map(ErrorMap::mean).ok_or(NoValue::BlackReference),

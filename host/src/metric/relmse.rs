@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::comparison::{Better, Comparison, Metric, NoValue, Value};
+use super::comparison::{Better, Comparison, Metric, MetricValue, NoValue};
 use super::percentile::percentile;
 use super::pixels::{Estimate, Pixels};
 
@@ -48,7 +48,7 @@ struct Means {
 }
 
 /// One of the means; they share the errors of the pixels.
-fn means(comparison: &Comparison<'_>, pick: fn(&Means) -> f64) -> Value {
+fn means(comparison: &Comparison<'_>, pick: fn(&Means) -> f64) -> MetricValue {
     if min_square(&comparison.reference.mean) <= 0.0 {
         return Err(NoValue::BlackReference);
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::comparison::{Comparison, Metric, NoValue, Value, Viewing};
+use super::comparison::{Comparison, Metric, MetricValue, NoValue, Viewing};
 use super::error_map::ErrorMap;
 use super::pixels::Estimate;
 use super::{METRICS, flip_hdr, flip_ldr, z_test};
@@ -17,7 +17,7 @@ pub fn metric(name: &str) -> Option<&'static Metric> {
 #[derive(Clone, Debug)]
 pub struct MetricReport {
     /// Value of each of [`METRICS`], in their order.
-    pub values: Vec<(&'static Metric, Value)>,
+    pub values: Vec<(&'static Metric, MetricValue)>,
     /// Blocks that the z-test compared, if there is a test.
     pub z_blocks: Option<usize>,
     /// FLIP's map: `flip_hdr` of scene-linear images, else `flip_ldr`; the mean over runs.
@@ -54,7 +54,7 @@ impl MetricReport {
     /// # Errors
     ///
     /// If it has none; the error says why.
-    pub fn get(&self, name: &str) -> Value {
+    pub fn get(&self, name: &str) -> MetricValue {
         let found = self.values.iter().find(|(metric, _)| metric.name == name);
         found.map_or_else(|| Err(NoValue::Unknown(name.into())), |(_, value)| value.clone())
     }

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::comparison::{Better, Comparison, Metric, NoValue, Value};
+use super::comparison::{Better, Comparison, Metric, MetricValue, NoValue};
 use super::pixels::{Estimate, Pixels, mean_of};
 use super::relmse;
 
@@ -91,7 +91,7 @@ fn absolute(comparison: &Comparison<'_>) -> Result<Split, NoValue> {
     split.0.ok_or(NoValue::NoImageNoise)
 }
 
-fn reference_variance(comparison: &Comparison<'_>, split: Split) -> Value {
+fn reference_variance(comparison: &Comparison<'_>, split: Split) -> MetricValue {
     match comparison.reference.variance {
         Some(_) => Ok(split.reference_variance),
         None => Err(NoValue::NoSplitReference),

@@ -13,7 +13,7 @@
 use glam::DVec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
-use super::comparison::{Better, Comparison, Metric, NoValue, Value};
+use super::comparison::{Better, Comparison, Metric, MetricValue, NoValue};
 use super::pixels::{Estimate, Pixels};
 
 /// Side of a block (px); those at the right and lower border may be smaller.
@@ -72,7 +72,7 @@ fn test(comparison: &Comparison<'_>) -> Result<ZTest, NoValue> {
     comparison.shared(|Comparison { runs, reference, .. }| Test(z_test(runs, reference))).0.clone()
 }
 
-fn value(comparison: &Comparison<'_>, pick: fn(&ZTest) -> f64) -> Value {
+fn value(comparison: &Comparison<'_>, pick: fn(&ZTest) -> f64) -> MetricValue {
     test(comparison).map(|test| pick(&test))
 }
 

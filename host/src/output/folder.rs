@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, Weak};
 
 /// What stands under a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Entry {
+pub enum EntryKind {
     /// A regular file, or a link to one.
     File,
     /// A link that leads nowhere.
@@ -86,12 +86,14 @@ mod system {
         }
 
         /// What stands under a name; none if nothing does.
-        pub fn entry(&self, name: &OsStr) -> Option<Entry> {
+        pub fn entry(&self, name: &OsStr) -> Option<EntryKind> {
             statat(&self.descriptor, name, AtFlags::SYMLINK_NOFOLLOW).ok()?;
             Some(match self.stat(name) {
-                Some(stat) if FileType::from_raw_mode(stat.st_mode) == FileType::RegularFile => Entry::File,
-                Some(_) => Entry::Other,
-                None => Entry::Dangling,
+                Some(stat) if FileType::from_raw_mode(stat.st_mode) == FileType::RegularFile => {
+                    EntryKind::File
+                }
+                Some(_) => EntryKind::Other,
+                None => EntryKind::Dangling,
             })
         }
 
@@ -160,13 +162,13 @@ mod system {
         }
 
         /// What stands under a name; none if nothing does.
-        pub fn entry(&self, name: &OsStr) -> Option<Entry> {
+        pub fn entry(&self, name: &OsStr) -> Option<EntryKind> {
             let path = self.path.join(name);
             path.symlink_metadata().ok()?;
             Some(match path.metadata() {
-                Ok(file) if file.is_file() => Entry::File,
-                Ok(_) => Entry::Other,
-                Err(_) => Entry::Dangling,
+                Ok(file) if file.is_file() => EntryKind::File,
+                Ok(_) => EntryKind::Other,
+                Err(_) => EntryKind::Dangling,
             })
         }
 

@@ -18,16 +18,16 @@ const PAUSE: Duration = Duration::from_millis(10);
 /// The right to write a file and what belongs to it: a locked file beside it, which the system unlocks when the process
 /// ends, however it ends. It is removed with the right, or by a later run.
 #[derive(Debug)]
-pub struct Lock {
+pub struct FileLock {
     folder: Arc<Folder>,
     name: OsString,
     // Locked as long as it is open.
     _file: File,
 }
 
-impl Lock {
+impl FileLock {
     /// Takes it; an error where another run has it.
-    pub fn take(output: &Path) -> Result<Lock, TargetError> {
+    pub fn take(output: &Path) -> Result<FileLock, TargetError> {
         let fail = |source| TargetError::Write { path: output.into(), source };
         let name = name(output);
         let folder = Folder::open(folder(output)).map_err(fail)?;
@@ -37,7 +37,7 @@ impl Lock {
                 // Who had it before may have removed it after it was opened here.
                 Ok(()) if !folder.holds(&name, &file) => {}
                 // On a drive without locks runs are not told apart.
-                Ok(()) | Err(TryLockError::Error(_)) => return Ok(Lock { folder, name, _file: file }),
+                Ok(()) | Err(TryLockError::Error(_)) => return Ok(FileLock { folder, name, _file: file }),
                 Err(TryLockError::WouldBlock) => sleep(PAUSE),
             }
         }
@@ -54,7 +54,7 @@ fn name(output: &Path) -> OsString {
     format!("{PREFIX}{}.lock", output.file_name().unwrap_or_default().to_string_lossy()).into()
 }
 
-impl Drop for Lock {
+impl Drop for FileLock {
     fn drop(&mut self) {
         let _ = self.folder.remove(&self.name);
     }
@@ -68,16 +68,16 @@ mod tests {
     fn only_one_has_it_and_nothing_is_left() {
         let desk = tempfile::tempdir().unwrap();
         let output = desk.path().join("a.exr");
-        let first = Lock::take(&output).unwrap();
-        let error = Lock::take(&output).unwrap_err();
+        let first = FileLock::take(&output).unwrap();
+        let error = FileLock::take(&output).unwrap_err();
         assert!(matches!(error, TargetError::Busy { .. }), "{error}");
         assert!(error.to_string().contains(".caustics-a.exr.lock"), "{error}");
-        Lock::take(&desk.path().join("b.exr")).unwrap();
+        FileLock::take(&desk.path().join("b.exr")).unwrap();
         drop(first);
-        drop(Lock::take(&output).unwrap());
+        drop(FileLock::take(&output).unwrap());
         // What a killed run leaves is locked by nobody.
         std::fs::write(desk.path().join(".caustics-a.exr.lock"), "").unwrap();
-        drop(Lock::take(&output).unwrap());
+        drop(FileLock::take(&output).unwrap());
         assert_eq!(desk.path().read_dir().unwrap().count(), 0);
     }
 }

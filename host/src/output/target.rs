@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 
 use thiserror::Error;
 
-use super::folder::{Entry, Folder};
+use super::folder::{EntryKind, Folder};
 use crate::file;
 
 /// Why a file cannot be written.
@@ -95,9 +95,9 @@ impl Target {
         let fail = |source| TargetError::Write { path: path.clone(), source };
         let folder = Folder::open(folder(&path)).map_err(fail)?;
         match folder.entry(&name) {
-            Some(Entry::Other) => return Err(TargetError::NoFile(path)),
-            Some(Entry::Dangling) if !force => return Err(TargetError::Dangling(path)),
-            Some(Entry::File) if !force => return Err(TargetError::Exists(path)),
+            Some(EntryKind::Other) => return Err(TargetError::NoFile(path)),
+            Some(EntryKind::Dangling) if !force => return Err(TargetError::Dangling(path)),
+            Some(EntryKind::File) if !force => return Err(TargetError::Exists(path)),
             _ => {}
         }
         let part = Part::new(folder).map_err(fail)?;

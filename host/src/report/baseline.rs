@@ -2,7 +2,7 @@
 
 use super::load::Measured;
 use super::name::{Names, size};
-use super::table::{Column, Table, Value};
+use super::table::{Column, Table, TableValue};
 use crate::experiment::error::{MEASURES, Measure};
 use crate::experiment::result::Quartiles;
 
@@ -72,20 +72,20 @@ fn verdict(change: &Change) -> &'static str {
 }
 
 fn table(changes: &[Change]) -> Table {
-    let column = |head, key: &str, of: &dyn Fn(&Change) -> Value| Column {
+    let column = |head, key: &str, of: &dyn Fn(&Change) -> TableValue| Column {
         head,
         key: key.into(),
         values: changes.iter().map(of).collect(),
     };
     let ratio = |change: &Change| Some(change.after / change.before).filter(|ratio| ratio.is_finite());
     let columns = vec![
-        column("cell", "cell", &|change| Value::Text(change.cell.clone())),
-        column("measure", "measure", &|change| Value::Text(change.what.into())),
-        column("before", "before", &|change| Value::number(Some(change.before))),
-        column("after", "after", &|change| Value::number(Some(change.after))),
-        column("after/before", "ratio", &|change| Value::number(ratio(change))),
-        column("standard errors", "z", &|change| Value::number(change.z)),
-        column("", "verdict", &|change| Value::Text(verdict(change).into())),
+        column("cell", "cell", &|change| TableValue::Text(change.cell.clone())),
+        column("measure", "measure", &|change| TableValue::Text(change.what.into())),
+        column("before", "before", &|change| TableValue::number(Some(change.before))),
+        column("after", "after", &|change| TableValue::number(Some(change.after))),
+        column("after/before", "ratio", &|change| TableValue::number(ratio(change))),
+        column("standard errors", "z", &|change| TableValue::number(change.z)),
+        column("", "verdict", &|change| TableValue::Text(verdict(change).into())),
     ];
     Table { name: "baseline".into(), title: "Before and after".into(), columns }
 }

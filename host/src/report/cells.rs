@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::load::Measured;
 use super::name::Names;
 use super::number::short;
-use super::scene::Scene;
-use super::table::{Column, Table, Value};
+use super::scene::ReportScene;
+use super::table::{Column, Table, TableValue};
 use crate::experiment::axis::{AXES, Axis, Values};
 use crate::experiment::error::MEASURES;
 use crate::experiment::result::{CellResult, CellTime};
@@ -30,13 +30,13 @@ fn mebibytes(time: &CellTime) -> f64 {
     time.memory_bytes.values().map(|bytes| *bytes as f64).sum::<f64>() / (1024.0 * 1024.0)
 }
 
-fn setting(value: Option<f64>) -> Value {
-    value.map_or(Value::None, |value| Value::Number(value, short(value)))
+fn setting(value: Option<f64>) -> TableValue {
+    value.map_or(TableValue::None, |value| TableValue::Number(value, short(value)))
 }
 
 /// Columns of cells.
 fn columns(cells: &[&Measured]) -> Vec<Column> {
-    let column = |head: &'static str, key: &str, of: &dyn Fn(&CellResult) -> Value| Column {
+    let column = |head: &'static str, key: &str, of: &dyn Fn(&CellResult) -> TableValue| Column {
         head,
         key: key.into(),
         values: cells.iter().map(|cell| of(&cell.result)).collect(),
@@ -44,8 +44,8 @@ fn columns(cells: &[&Measured]) -> Vec<Column> {
     let mut columns = Vec::new();
     for axis in AXES {
         let value = |result: &CellResult| match (axis.values, result.cell.text(axis)) {
-            (_, text) if text.is_empty() => Value::None,
-            (Values::Names(_), text) => Value::Text(text),
+            (_, text) if text.is_empty() => TableValue::None,
+            (Values::Names(_), text) => TableValue::Text(text),
             (Values::Numbers(_), _) => setting(Some(result.cell.number(axis))),
         };
         columns.push(column(axis.head, axis.key, &value));
@@ -55,15 +55,16 @@ fn columns(cells: &[&Measured]) -> Vec<Column> {
         columns.push(column(head, key, &|result| {
             let value = result.time.as_ref().and_then(of);
             if whole {
-                value.map_or(Value::None, |value| Value::Number(value, value.to_string()))
+                value.map_or(TableValue::None, |value| TableValue::Number(value, value.to_string()))
             } else {
-                Value::number(value)
+                TableValue::number(value)
             }
         }));
     }
     for measure in MEASURES {
-        let value =
-            |result: &CellResult| Value::number(result.error.as_ref().and_then(|error| error.get(measure)));
+        let value = |result: &CellResult| {
+            TableValue::number(result.error.as_ref().and_then(|error| error.get(measure)))
+        };
         columns.push(column(measure.head, measure.key, &value));
     }
     let seeds = |result: &CellResult| setting(result.error.as_ref().map(|error| f64::from(error.seeds)));
@@ -72,7 +73,7 @@ fn columns(cells: &[&Measured]) -> Vec<Column> {
 }
 
 /// The table of a scene, and what all its cells have in common.
-pub fn table(scene: &Scene) -> (Table, Vec<(&'static str, String)>) {
+pub fn table(scene: &ReportScene) -> (Table, Vec<(&'static str, String)>) {
     let mut common = Vec::new();
     let columns = columns(&scene.cells).into_iter().filter(|column| {
         let is_setting =
@@ -80,8 +81,10 @@ pub fn table(scene: &Scene) -> (Table, Vec<(&'static str, String)>) {
         let is_constant = column.values.len() > 1 && column.values.windows(2).all(|pair| pair[0] == pair[1]);
         if is_setting && is_constant {
             match &column.values[0] {
-                Value::Text(text) | Value::Number(_, text) => common.push((column.head, text.clone())),
-                Value::None => {}
+                TableValue::Text(text) | TableValue::Number(_, text) => {
+                    common.push((column.head, text.clone()))
+                }
+                TableValue::None => {}
             }
         }
         !(is_setting && is_constant)
@@ -98,7 +101,7 @@ pub fn all(cells: &[Measured], names: &Names) -> Vec<Vec<String>> {
     let text = |head, key: &str, of: &dyn Fn(&Measured) -> String| Column {
         head,
         key: key.into(),
-        values: cells.iter().map(|cell| Value::Text(of(cell))).collect(),
+        values: cells.iter().map(|cell| TableValue::Text(of(cell))).collect(),
     };
     let mut wide = vec![
         text("", "identity", &|cell| cell.result.identity.clone()),
@@ -111,13 +114,13 @@ pub fn all(cells: &[Measured], names: &Names) -> Vec<Vec<String>> {
     let passes: BTreeSet<&String> = times().flat_map(|time| time.pass_ms.keys()).collect();
     for pass in passes {
         let of = |cell: &Measured| Some(cell.result.time.as_ref()?.pass_ms.get(pass)?.median);
-        let values = cells.iter().map(|cell| Value::number(of(cell))).collect();
+        let values = cells.iter().map(|cell| TableValue::number(of(cell))).collect();
         wide.push(Column { head: "", key: format!("pass.{pass}_ms"), values });
     }
     let buffers: BTreeSet<&String> = times().flat_map(|time| time.memory_bytes.keys()).collect();
     for buffer in buffers {
         let of = |cell: &Measured| Some(*cell.result.time.as_ref()?.memory_bytes.get(buffer)? as f64);
-        let values = cells.iter().map(|cell| Value::number(of(cell))).collect();
+        let values = cells.iter().map(|cell| TableValue::number(of(cell))).collect();
         wide.push(Column { head: "", key: format!("memory.{buffer}_bytes"), values });
     }
     wide.push(text("", "device", &|cell| cell.result.provenance.device.clone()));

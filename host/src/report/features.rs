@@ -5,8 +5,8 @@ use maud::{Markup, html};
 
 use super::load::Measured;
 use super::name::Names;
-use super::scene::Scene;
-use super::table::{Column, Table, Value};
+use super::scene::ReportScene;
+use super::table::{Column, Table, TableValue};
 use crate::experiment::axis::FEATURES;
 use crate::scene;
 
@@ -17,7 +17,7 @@ const SPECULAR_ROUGHNESS: f32 = 0.25;
 type Pair<'a> = (&'a Measured, &'a Measured);
 
 /// The table over all scenes; none without a pair. Its last column repeats what each scene does without.
-pub fn features(scenes: &[Scene], names: &Names) -> Option<Table> {
+pub fn features(scenes: &[ReportScene], names: &Names) -> Option<Table> {
     let mut rows: Vec<(String, String, Pair)> = Vec::new();
     for scene in scenes {
         let pairs = pairs(&scene.cells);
@@ -27,21 +27,27 @@ pub fn features(scenes: &[Scene], names: &Names) -> Option<Table> {
     if rows.is_empty() {
         return None;
     }
-    let word = |text: &String| if text.is_empty() { Value::None } else { Value::Text(text.clone()) };
+    let word =
+        |text: &String| if text.is_empty() { TableValue::None } else { TableValue::Text(text.clone()) };
     let ms = |cell: &Measured| cell.result.time.as_ref().map(|time| time.total_ms.median);
     let gain = |pair: &Pair| Some(100.0 * (1.0 - ratio(pair)?));
-    let percent =
-        |value: Option<f64>| value.map_or(Value::None, |value| Value::Number(value, format!("{value:.1} %")));
+    let percent = |value: Option<f64>| {
+        value.map_or(TableValue::None, |value| TableValue::Number(value, format!("{value:.1} %")))
+    };
     let column = |head, key: &str, values| Column { head, key: key.into(), values };
     let columns = vec![
-        column("scene", "scene", rows.iter().map(|(scene, ..)| Value::Text(scene.clone())).collect()),
-        column("cell", "cell", rows.iter().map(|(.., (cell, _))| Value::Text(names.label(cell))).collect()),
+        column("scene", "scene", rows.iter().map(|(scene, ..)| TableValue::Text(scene.clone())).collect()),
+        column(
+            "cell",
+            "cell",
+            rows.iter().map(|(.., (cell, _))| TableValue::Text(names.label(cell))).collect(),
+        ),
         column(
             "as needed [ms]",
             "scene_ms",
-            rows.iter().map(|(.., pair)| Value::number(ms(pair.0))).collect(),
+            rows.iter().map(|(.., pair)| TableValue::number(ms(pair.0))).collect(),
         ),
-        column("all [ms]", "all_ms", rows.iter().map(|(.., pair)| Value::number(ms(pair.1))).collect()),
+        column("all [ms]", "all_ms", rows.iter().map(|(.., pair)| TableValue::number(ms(pair.1))).collect()),
         column("time saved", "saved_percent", rows.iter().map(|(.., pair)| percent(gain(pair))).collect()),
         column("not needed", "not_needed", rows.iter().map(|(_, names, _)| word(names)).collect()),
     ];

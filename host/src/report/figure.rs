@@ -44,7 +44,7 @@ pub struct Drawing {
 
 /// A line of a legend: the class of its colour, the outline of its mark (a bar where there is none), its name.
 #[derive(Clone, Debug)]
-pub struct Entry {
+pub struct LegendEntry {
     /// Class of the colour.
     pub color: String,
     /// Outline around 0.
@@ -55,10 +55,10 @@ pub struct Entry {
     pub series: Option<usize>,
 }
 
-impl Entry {
+impl LegendEntry {
     /// That of a series.
-    pub fn new(names: &Names, series: usize) -> Entry {
-        Entry {
+    pub fn new(names: &Names, series: usize) -> LegendEntry {
+        LegendEntry {
             color: names.color(series),
             shape: Some(names.shape(series)),
             name: names.get(series).name(),
@@ -89,7 +89,7 @@ pub struct Figure {
     /// For narrow ones.
     pub narrow: Drawing,
     /// Its legend.
-    pub legend: Vec<Entry>,
+    pub legend: Vec<LegendEntry>,
     /// What is left out of it, and why.
     pub notes: Vec<String>,
     /// Its data: heads first.

@@ -3,12 +3,12 @@
 use maud::{Markup, html};
 
 use super::axis::{Axis, Scale};
-use super::figure::{Drawing, Entry, Figure, Size};
+use super::figure::{Drawing, Figure, LegendEntry, Size};
 use super::load::Measured;
 use super::name::Names;
 use super::number::{at, number};
 use super::plot::Area;
-use super::scene::Scene;
+use super::scene::ReportScene;
 use crate::experiment::error::{MEASURES, Measure};
 use crate::experiment::result::FrameResult;
 
@@ -55,11 +55,11 @@ struct Line {
 }
 
 /// The figures of a scene that moves.
-pub fn frames(scene: &Scene, names: &Names) -> Vec<Figure> {
+pub fn frames(scene: &ReportScene, names: &Names) -> Vec<Figure> {
     drawn().filter_map(|measure| figure(scene, names, &measure)).collect()
 }
 
-fn figure(scene: &Scene, names: &Names, measure: &Drawn) -> Option<Figure> {
+fn figure(scene: &ReportScene, names: &Names, measure: &Drawn) -> Option<Figure> {
     let points = |cell: &Measured| -> Vec<(f64, f64)> {
         let frames = cell.result.frames.iter();
         let mut points: Vec<(f64, f64)> =
@@ -84,7 +84,7 @@ fn figure(scene: &Scene, names: &Names, measure: &Drawn) -> Option<Figure> {
         0 => vec![],
         left => vec![format!("{left} more cells have frames: here is one of each kind.")],
     };
-    let legend = lines.iter().map(|line| Entry {
+    let legend = lines.iter().map(|line| LegendEntry {
         color: line.color.clone(),
         shape: Some(names.shape(line.series)),
         name: line.name.clone(),

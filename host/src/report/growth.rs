@@ -6,13 +6,13 @@ use std::path::Path;
 use maud::{Markup, html};
 
 use super::axis::{Axis, Scale};
-use super::figure::{Drawing, Entry, Figure, Size};
+use super::figure::{Drawing, Figure, LegendEntry, Size};
 use super::load::Measured;
 use super::name::{COLORS, SHAPES, Series};
 use super::number::{at, number, short};
 use super::plot::Area;
-use super::table::{Column, Table, Value};
-use crate::experiment::axis::{self, AXES, MAX_BOUNCES, PATHS_PER_PIXEL, Shown};
+use super::table::{Column, Table, TableValue};
+use crate::experiment::axis::{self, AXES, MAX_BOUNCES, PATHS_PER_PIXEL, VisualEncoding};
 use crate::experiment::result::{CellConfig, CellTime, Provenance, Quartiles};
 
 /// Fewest values of a quantity that an exponent is fitted to.
@@ -154,7 +154,7 @@ fn name(cell: &CellConfig, time: &CellTime, quantity: &Quantity) -> Option<Name>
     words.push(format!("camera {}", cell.camera));
     let own = |axis: &axis::Axis| *axis == PATHS_PER_PIXEL || (*axis == MAX_BOUNCES && is("bounces"));
     words.extend(AXES.into_iter().filter(|axis| !own(axis)).filter_map(|axis| match axis.shown {
-        Shown::Words(_, words) if cell.text(axis) != axis.neutral => Some(words(&cell.text(axis))),
+        VisualEncoding::Words(_, words) if cell.text(axis) != axis.neutral => Some(words(&cell.text(axis))),
         _ => None,
     }));
     Some(Name { head: format!("{scene} · {}", Series::new(cell).name()), rest: words.join(" · ") })
@@ -221,21 +221,21 @@ fn fit(values: &[f64], times: &[f64]) -> Slope {
 fn table(all: &[Growth]) -> Table {
     let rows: Vec<(&Growth, &Part)> =
         all.iter().flat_map(|growth| growth.parts.iter().map(move |part| (growth, part))).collect();
-    let column = |head, key: &str, of: &dyn Fn(&Growth, &Part) -> Value| Column {
+    let column = |head, key: &str, of: &dyn Fn(&Growth, &Part) -> TableValue| Column {
         head,
         key: key.into(),
         values: rows.iter().map(|(growth, part)| of(growth, part)).collect(),
     };
-    let text = |text: &str| Value::Text(text.into());
-    let two = |value: f64| Value::Number(value, format!("{value:.2}"));
+    let text = |text: &str| TableValue::Text(text.into());
+    let two = |value: f64| TableValue::Number(value, format!("{value:.2}"));
     let end = |of: &[f64]| of.last().copied();
     let columns = vec![
         column("grows with", "quantity", &|growth, _| text(growth.quantity.name)),
-        column("from", "from", &|growth, _| Value::number(growth.values.first().copied())),
-        column("to", "to", &|growth, _| Value::number(end(&growth.values))),
+        column("from", "from", &|growth, _| TableValue::number(growth.values.first().copied())),
+        column("to", "to", &|growth, _| TableValue::number(end(&growth.values))),
         column("cell", "cell", &|growth, _| text(&growth.cell.whole())),
         column("part", "part", &|_, part| text(&part.name)),
-        column("at the end [ms]", "last_ms", &|_, part| Value::number(end(&part.ms))),
+        column("at the end [ms]", "last_ms", &|_, part| TableValue::number(end(&part.ms))),
         column("exponent", "exponent", &|_, part| two(part.whole.exponent)),
         column("standard error", "standard_error", &|_, part| two(part.whole.standard_error)),
         column("that of n log n", "n_log_n", &|growth, _| two(growth.limit)),
@@ -251,7 +251,7 @@ fn table(all: &[Growth]) -> Table {
 
 fn figure(growth: &Growth) -> Option<Figure> {
     let Growth { quantity, cell, parts, .. } = growth;
-    let entry = |(rank, part): (usize, &Part)| Entry {
+    let entry = |(rank, part): (usize, &Part)| LegendEntry {
         color: color(rank),
         shape: Some(SHAPES[rank % SHAPES.len()]),
         name: format!("{}: exponent {:.2}", part.name, part.whole.exponent),

@@ -2,7 +2,7 @@
 
 use super::load::Measured;
 use super::number::short;
-use crate::experiment::axis::{AXES, Axis, METHOD, Shown, Values};
+use crate::experiment::axis::{AXES, Axis, METHOD, Values, VisualEncoding};
 use crate::experiment::result::{CellConfig, Provenance};
 
 /// Number of colours in `report.css`.
@@ -38,7 +38,7 @@ pub struct Series {
 impl Series {
     /// The series of a cell.
     pub fn new(cell: &CellConfig) -> Series {
-        let of = |wanted: fn(&Shown) -> bool| {
+        let of = |wanted: fn(&VisualEncoding) -> bool| {
             let axes = AXES.into_iter().filter(move |axis| wanted(&axis.shown));
             // A method is said, and of the rest what adds something to it.
             let named = axes.filter(|axis| **axis == METHOD || cell.text(axis) != axis.neutral);
@@ -46,8 +46,8 @@ impl Series {
             texts.collect::<Vec<_>>().join(" + ")
         };
         Series {
-            kind: of(|shown| matches!(shown, Shown::Color)),
-            gather: of(|shown| matches!(shown, Shown::Shape)),
+            kind: of(|shown| matches!(shown, VisualEncoding::Color)),
+            gather: of(|shown| matches!(shown, VisualEncoding::Shape)),
         }
     }
 
@@ -167,7 +167,7 @@ impl Names {
         let cell = &cell.result.cell;
         let mut parts = vec![Series::new(cell).name()];
         for axis in AXES {
-            let Shown::Words(_, words) = axis.shown else { continue };
+            let VisualEncoding::Words(_, words) = axis.shown else { continue };
             let text = match axis.values {
                 Values::Numbers(_) if cell.number(axis) > 0.0 => short(cell.number(axis)),
                 Values::Numbers(_) => continue,

@@ -6,8 +6,8 @@
 use super::load::Measured;
 use super::name::Names;
 use super::number::number;
-use super::scene::Scene;
-use super::table::{Column, Table, Value};
+use super::scene::ReportScene;
+use super::table::{Column, Table, TableValue};
 use crate::experiment::error::{FLIP, MEASURES, Measure};
 
 /// The sentence and the table.
@@ -25,7 +25,7 @@ struct Kind<'a> {
 }
 
 /// The overview; none where fewer than two kinds have all the scenes of the most common one.
-pub fn overview(scenes: &[Scene], names: &Names) -> Option<Overview> {
+pub fn overview(scenes: &[ReportScene], names: &Names) -> Option<Overview> {
     let mut kinds: Vec<Kind> = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
         for cell in &scene.cells {
@@ -44,23 +44,23 @@ pub fn overview(scenes: &[Scene], names: &Names) -> Option<Overview> {
     if compared.iter().filter(|kind| shared(kind, base) == base.cells.len()).count() < 2 {
         return None;
     }
-    let column = |head, key: &str, of: &dyn Fn(&Kind) -> Value| Column {
+    let column = |head, key: &str, of: &dyn Fn(&Kind) -> TableValue| Column {
         head,
         key: key.into(),
         values: compared.iter().map(|kind| of(kind)).collect(),
     };
     let mut columns = vec![
-        column("cell", "cell", &|kind| Value::Text(kind.name.clone())),
+        column("cell", "cell", &|kind| TableValue::Text(kind.name.clone())),
         column("scenes", "scenes", &|kind| {
             let count = shared(kind, base);
-            Value::Number(count as f64, count.to_string())
+            TableValue::Number(count as f64, count.to_string())
         }),
-        column("time", "time_ratio", &|kind| Value::number(ratio(kind, base, &time))),
+        column("time", "time_ratio", &|kind| TableValue::number(ratio(kind, base, &time))),
     ];
     for measure in MEASURES.into_iter().filter(|measure| measure.charted) {
         let key = format!("{}_ratio", measure.key);
         columns.push(column(measure.head, &key, &|kind| {
-            Value::number(ratio(kind, base, &|cell| error(cell, measure)))
+            TableValue::number(ratio(kind, base, &|cell| error(cell, measure)))
         }));
     }
     let title = format!("Ratios to {}, geometric means over scenes", base.name);

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use maud::{Markup, html};
 
 use super::axis::{Axis, Scale};
-use super::figure::{Drawing, Entry, Figure, Size};
+use super::figure::{Drawing, Figure, LegendEntry, Size};
 use super::load::Measured;
 use super::name::{COLORS, Names};
 use super::number::{at, number, short};
-use super::scene::Scene;
+use super::scene::ReportScene;
 
 /// Bars of a figure, at most.
 const BARS: usize = 14;
@@ -28,7 +28,7 @@ struct Bar {
 }
 
 /// The figure of a scene; none where no cell has times of passes.
-pub fn passes(scene: &Scene, names: &Names) -> Option<Figure> {
+pub fn passes(scene: &ReportScene, names: &Names) -> Option<Figure> {
     let groups_of =
         |cell: &Measured| cell.result.time.as_ref().map(|time| groups(&time.pass_ms)).unwrap_or_default();
     let cells = scene.chosen(names, BARS, |cell| !groups_of(cell).is_empty());
@@ -65,8 +65,8 @@ pub fn passes(scene: &Scene, names: &Names) -> Option<Figure> {
     })
 }
 
-fn entry(rank: usize, kind: &str) -> Entry {
-    Entry { color: color(rank, kind), shape: None, name: kind.into(), series: None }
+fn entry(rank: usize, kind: &str) -> LegendEntry {
+    LegendEntry { color: color(rank, kind), shape: None, name: kind.into(), series: None }
 }
 
 fn color(rank: usize, kind: &str) -> String {

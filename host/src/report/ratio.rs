@@ -2,12 +2,12 @@
 
 use super::load::Measured;
 use super::name::Names;
-use super::scene::Scene;
-use super::table::{Column, Table, Value};
+use super::scene::ReportScene;
+use super::table::{Column, Table, TableValue};
 use crate::experiment::error::{MEASURES, Measure};
 
 /// The table; none where no cell but the first of a run has a ratio.
-pub fn ratios(scene: &Scene, names: &Names) -> Option<Table> {
+pub fn ratios(scene: &ReportScene, names: &Names) -> Option<Table> {
     let ratio = |cell: &Measured| cell.result.time.as_ref().and_then(|time| time.ratio_to_first);
     let cells: Vec<&Measured> = scene.cells.iter().copied().filter(|cell| ratio(cell).is_some()).collect();
     if cells.len() < 2 {
@@ -28,15 +28,16 @@ pub fn ratios(scene: &Scene, names: &Names) -> Option<Table> {
         let value = |cell: &Measured| cell.result.error.as_ref()?.get(measure);
         let part =
             |cell: &Measured| Some(value(cell)? / value(first(cell)?)?).filter(|ratio| ratio.is_finite());
-        cells.iter().map(|cell| Value::number(part(cell))).collect()
+        cells.iter().map(|cell| TableValue::number(part(cell))).collect()
     };
-    let text = |of: &dyn Fn(&Measured) -> String| cells.iter().map(|cell| Value::Text(of(cell))).collect();
+    let text =
+        |of: &dyn Fn(&Measured) -> String| cells.iter().map(|cell| TableValue::Text(of(cell))).collect();
     let of_first = |cell: &Measured| first(cell).map_or_else(|| first_name(cell), |first| names.label(first));
     let column = |head, key: &str, values| Column { head, key: key.into(), values };
     let mut columns = vec![
         column("cell", "cell", text(&|cell| names.label(cell))),
         column("held against", "first", text(&of_first)),
-        column("time", "time_ratio", cells.iter().map(|cell| Value::number(ratio(cell))).collect()),
+        column("time", "time_ratio", cells.iter().map(|cell| TableValue::number(ratio(cell))).collect()),
     ];
     columns.extend(
         MEASURES.map(|measure| column(measure.head, &format!("{}_ratio", measure.key), error(measure))),

@@ -6,7 +6,7 @@ use crate::experiment::axis::{FEATURES, PATHS_PER_PIXEL};
 
 /// A scene of the report.
 #[derive(Debug)]
-pub struct Scene<'a> {
+pub struct ReportScene<'a> {
     /// In heads: its name, and the camera's where the scene has several.
     pub title: String,
     /// Stem of the names of its files: letters, digits and dashes, and no other scene's.
@@ -16,9 +16,9 @@ pub struct Scene<'a> {
 }
 
 /// The scenes of cells that are in order.
-pub fn scenes(cells: &[Measured]) -> Vec<Scene<'_>> {
+pub fn scenes(cells: &[Measured]) -> Vec<ReportScene<'_>> {
     let key = |cell: &Measured| (cell.result.cell.scene.clone(), cell.result.cell.camera.clone());
-    let mut scenes: Vec<Scene> = Vec::new();
+    let mut scenes: Vec<ReportScene> = Vec::new();
     let chunks: Vec<&[Measured]> = cells.chunk_by(|a, b| key(a) == key(b)).collect();
     for chunk in &chunks {
         let (name, camera) = key(&chunk[0]);
@@ -28,7 +28,7 @@ pub fn scenes(cells: &[Measured]) -> Vec<Scene<'_>> {
         let numbered = (scenes.len() + 1..).map(|number| format!("{stem}-{number}"));
         let mut names = [stem.clone()].into_iter().chain(numbered);
         let slug = names.find(|name| scenes.iter().all(|scene| scene.slug != *name)).unwrap_or(stem);
-        scenes.push(Scene { title, slug, cells: chunk.iter().collect() });
+        scenes.push(ReportScene { title, slug, cells: chunk.iter().collect() });
     }
     scenes
 }
@@ -44,7 +44,7 @@ fn slug(name: &str) -> String {
     if parts.is_empty() { "scene".into() } else { parts.join("-") }
 }
 
-impl<'a> Scene<'a> {
+impl<'a> ReportScene<'a> {
     /// At most `count` cells that `has` something: one of each series, all at the number of paths that most series have.
     pub fn chosen(&self, names: &Names, count: usize, has: impl Fn(&Measured) -> bool) -> Vec<&'a Measured> {
         let able: Vec<&'a Measured> = self.cells.iter().copied().filter(|cell| has(cell)).collect();

@@ -4,13 +4,13 @@
 use maud::{Markup, html};
 
 use super::axis::{Axis, Scale};
-use super::figure::{Drawing, Entry, Figure, Size};
+use super::figure::{Drawing, Figure, LegendEntry, Size};
 use super::load::Measured;
 use super::name::{Names, size};
 use super::number::{at, number};
 use super::pareto::pareto;
 use super::plot::Area;
-use super::scene::Scene;
+use super::scene::ReportScene;
 use super::tip::tip;
 use crate::experiment::axis::{FEATURES, METHOD, PATHS_PER_PIXEL, RUNNER};
 use crate::experiment::error::Measure;
@@ -40,7 +40,7 @@ pub struct Chart {
 }
 
 /// The chart of a scene; none where no cell has both a time and this error.
-pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<Chart> {
+pub fn chart(scene: &ReportScene, names: &Names, measure: &'static Measure) -> Option<Chart> {
     let mut marks: Vec<Mark> = Vec::new();
     let (mut untimed, mut zero) = (0, 0);
     for cell in &scene.cells {
@@ -98,7 +98,7 @@ pub fn chart(scene: &Scene, names: &Names, measure: &'static Measure) -> Option<
         title: format!("{}: time of a frame against {}", scene.title, measure.head),
         wide: draw(&marks, &fronts, names, measure, Size::Wide),
         narrow: draw(&marks, &fronts, names, measure, Size::Narrow),
-        legend: series.into_iter().map(|series| Entry::new(names, series)).collect(),
+        legend: series.into_iter().map(|series| LegendEntry::new(names, series)).collect(),
         notes,
         rows: rows(&marks, names, measure),
     };

@@ -6,7 +6,7 @@ use super::images::{ReportImage, ReportImages};
 use super::load::Measured;
 use super::name::Names;
 use super::number::number;
-use super::scene::Scene;
+use super::scene::ReportScene;
 use crate::experiment::error::FLIP;
 
 /// A cell's images.
@@ -20,7 +20,7 @@ struct Shown {
 
 /// Strip and wipe of a scene with at most `count` cells; none where no cell has an image.
 pub fn strip(
-    scene: &Scene,
+    scene: &ReportScene,
     names: &Names,
     images: &mut ReportImages,
     count: usize,
@@ -81,7 +81,7 @@ fn load(cell: &Measured, names: &Names, images: &mut ReportImages) -> anyhow::Re
 }
 
 /// The wipe: the cell is left of the handle, its reference right of it.
-fn wipe(scene: &Scene, shown: &[Shown]) -> Markup {
+fn wipe(scene: &ReportScene, shown: &[Shown]) -> Markup {
     let able: Vec<(&Shown, ReportImage)> =
         shown.iter().filter_map(|cell| Some((cell, cell.reference?))).collect();
     // The image that is furthest from path tracing's noise is not known: the first with light paths is a fair start.

@@ -6,7 +6,7 @@ use super::number::number;
 
 /// What stands in a table.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum TableValue {
     /// Words.
     Text(String),
     /// A number, and how it is written.
@@ -15,25 +15,25 @@ pub enum Value {
     None,
 }
 
-impl Value {
+impl TableValue {
     /// Three significant digits.
-    pub fn number(value: Option<f64>) -> Value {
-        value.map_or(Value::None, |value| Value::Number(value, number(value)))
+    pub fn number(value: Option<f64>) -> TableValue {
+        value.map_or(TableValue::None, |value| TableValue::Number(value, number(value)))
     }
 
     fn raw(&self) -> String {
         match self {
-            Value::Text(text) => text.clone(),
-            Value::Number(value, _) => value.to_string(),
-            Value::None => String::new(),
+            TableValue::Text(text) => text.clone(),
+            TableValue::Number(value, _) => value.to_string(),
+            TableValue::None => String::new(),
         }
     }
 
     fn cell(&self) -> Markup {
         match self {
-            Value::Text(text) => html! { td .long[text.len() > 60] { (text) } },
-            Value::Number(value, text) => html! { td .number data-value=(value) { (text) } },
-            Value::None => html! { td .number.none { "–" } },
+            TableValue::Text(text) => html! { td .long[text.len() > 60] { (text) } },
+            TableValue::Number(value, text) => html! { td .number data-value=(value) { (text) } },
+            TableValue::None => html! { td .number.none { "–" } },
         }
     }
 }
@@ -46,7 +46,7 @@ pub struct Column {
     /// In the file.
     pub key: String,
     /// One a row.
-    pub values: Vec<Value>,
+    pub values: Vec<TableValue>,
 }
 
 /// A table.
@@ -67,14 +67,14 @@ impl Table {
 
     /// Without columns in which nothing stands.
     pub fn without_empty(mut self) -> Table {
-        self.columns.retain(|column| column.values.iter().any(|value| *value != Value::None));
+        self.columns.retain(|column| column.values.iter().any(|value| *value != TableValue::None));
         self
     }
 
     /// The table for the page. It scrolls within its box.
     pub fn inline(&self) -> Markup {
         let is_number =
-            |column: &Column| column.values.iter().any(|value| matches!(value, Value::Number(..)));
+            |column: &Column| column.values.iter().any(|value| matches!(value, TableValue::Number(..)));
         html! {
             div .table tabindex="0" role="region" aria-label=(self.title) {
                 table data-sortable[self.len() > 1] {

@@ -3,7 +3,7 @@
 use super::load::Measured;
 use super::name::Names;
 use super::number::number;
-use crate::experiment::axis::{AXES, Axis, PATHS_PER_PIXEL, Shown};
+use crate::experiment::axis::{AXES, Axis, PATHS_PER_PIXEL, VisualEncoding};
 use crate::experiment::error::{MEASURES, Measure};
 
 /// The name, then a line a number; numbers that are missing have none.
@@ -25,7 +25,9 @@ pub fn tip(cell: &Measured, names: &Names) -> String {
         lines.push(format!("errors at {}×{}, {} seeds", error.width, error.height, error.seeds));
     }
     let words = |axis: &Axis| match (axis.shown, config.text(axis)) {
-        (Shown::Words(_, words), text) if !text.is_empty() && *axis != PATHS_PER_PIXEL => Some(words(&text)),
+        (VisualEncoding::Words(_, words), text) if !text.is_empty() && *axis != PATHS_PER_PIXEL => {
+            Some(words(&text))
+        }
         _ => None,
     };
     lines.push(AXES.into_iter().filter_map(words).collect::<Vec<_>>().join(", "));

@@ -16,12 +16,12 @@ use crate::vulkan::bound::{BoundPipeline, Resources};
 use crate::vulkan::buffer::{Buffer, Purpose};
 use crate::vulkan::context::Context;
 use crate::vulkan::error::VulkanError;
-use crate::vulkan::frame::Frame;
-use crate::vulkan::memory::Memory;
+use crate::vulkan::frame::FrameCommands;
+use crate::vulkan::memory::DeviceAllocator;
 use crate::vulkan::passes::{DeviceOptions, Kernels, Passes};
 use crate::vulkan::primitives::Primitives;
 use crate::vulkan::recorder::Recorder;
-use crate::vulkan::structure::{Hierarchy, Part, TlasInstance};
+use crate::vulkan::structure::{BlasGeometry, Hierarchy, TlasInstance};
 use caustics_kernels::declare::{BufferSpec, Step};
 
 const SCENE_STRUCTURE: &str = "scene_structure";
@@ -32,10 +32,10 @@ const PARAMS: &str = "params";
 /// A Vulkan device with a scene's tables and a plan's buffers.
 pub struct GpuRunner {
     // Fields drop in order: what uses a thing comes before the thing.
-    frame: Frame,
+    frame: FrameCommands,
     passes: Passes,
     resources: Resources,
-    memory: Arc<Memory>,
+    memory: Arc<DeviceAllocator>,
     context: Arc<Context>,
     // Instances, as the structure has them.
     instance_transforms: Vec<InstanceTransform>,
@@ -54,8 +54,8 @@ impl GpuRunner {
     ) -> Result<GpuRunner, VulkanError> {
         let kernels = Kernels::open(options)?;
         let context = Arc::clone(kernels.context());
-        let memory = Memory::new(Arc::clone(&context))?;
-        let frame = Frame::new(&context)?;
+        let memory = DeviceAllocator::new(Arc::clone(&context))?;
+        let frame = FrameCommands::new(&context)?;
         let passes = Passes::new(kernels, features);
         let resources = Resources {
             nothing: Buffer::new(&memory, "nothing", 0, Purpose::Data)?,
@@ -94,11 +94,11 @@ impl GpuRunner {
         let Resources { buffers, structures, .. } = &mut self.resources;
         let memory = &self.memory;
         let buffer = buffers.get("triangles").ok_or_else(|| unknown("triangles"))?;
-        let world = Part { buffer, first: 0, capacity: instanced.still as u64 };
+        let world = BlasGeometry { buffer, first: 0, capacity: instanced.still as u64 };
         let meshes = instanced.meshes.iter();
         let meshes =
-            meshes.map(|mesh| Part { buffer, first: mesh.first.into(), capacity: mesh.count.into() });
-        let parts: Vec<Part<'_>> = std::iter::once(world).chain(meshes).collect();
+            meshes.map(|mesh| BlasGeometry { buffer, first: mesh.first.into(), capacity: mesh.count.into() });
+        let parts: Vec<BlasGeometry<'_>> = std::iter::once(world).chain(meshes).collect();
         let instance_transforms = instanced.instance_transforms();
         let mut scene = Hierarchy::from_parts(
             memory,
@@ -273,7 +273,7 @@ fn resolve<'a>(
 
 /// Every named buffer: that of the frame's settings, those of the plan, and one a table.
 fn allocate(
-    memory: &Arc<Memory>,
+    memory: &Arc<DeviceAllocator>,
     buffers: &[BufferSpec],
     tables: &[(&'static str, &[u8])],
 ) -> Result<HashMap<&'static str, Buffer>, VulkanError> {

@@ -9,7 +9,7 @@ use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use self::groups::Groups;
-use self::plan::{Plan, WIDTH, min_levels};
+use self::plan::{CollapsePlan, WIDTH, min_levels};
 
 pub use self::binary::BvhQuality;
 pub use self::cache::BvhCache;
@@ -79,7 +79,7 @@ fn shape(triangles: &[Triangle], levels: u32, quality: BvhQuality) -> Shape {
     let of_groups: Vec<Aabb> =
         (0..groups.count()).into_par_iter().map(|group| boxes[groups.get(group)[0] as usize]).collect();
     let binary = binary::build(&of_groups, quality);
-    let plan = Plan::new(&binary, &groups);
+    let plan = CollapsePlan::new(&binary, &groups);
     let mut builder = Builder { boxes: &boxes, plan: &plan, shape: Shape::default() };
     builder.node(0, levels);
     builder.shape
@@ -96,7 +96,7 @@ pub fn fits(count: usize, levels: u32) -> bool {
 
 struct Builder<'a> {
     boxes: &'a [Aabb],
-    plan: &'a Plan<'a>,
+    plan: &'a CollapsePlan<'a>,
     shape: Shape,
 }
 

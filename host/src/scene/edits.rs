@@ -37,7 +37,7 @@ pub struct Edits {
     /// How camera and nodes move, with ascending times. Of what keys set, they alone count: linear between two, rotations on the
     /// shorter arc; before the first and after the last as there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub keys: Vec<Key>,
+    pub keys: Vec<Keyframe>,
 }
 
 /// A camera that is placed, in the file's coordinates (m).
@@ -77,7 +77,7 @@ pub struct NodeEdit {
 /// What is set at a time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Key {
+pub struct Keyframe {
     /// When (s), on the clock of the file's animations.
     pub time: f64,
     /// The camera.

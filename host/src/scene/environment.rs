@@ -7,7 +7,7 @@ use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::environment::Environment;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
-use caustics_kernels::light::environment::{Map, direction_of, radiance_from};
+use caustics_kernels::light::environment::{EnvironmentPyramid, direction_of, radiance_from};
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -168,10 +168,10 @@ impl Scene {
         let tables = self.tables();
         // A texel of the map is as wide as 1/1800 of a turn; two points of it a texel of the image.
         let steps = (width * 2).div_ceil(1800).clamp(1, 8);
-        let mut cdf = vec![0.0; Map::NODES as usize];
-        let texels = &mut cdf[..Map::TEXELS as usize];
+        let mut cdf = vec![0.0; EnvironmentPyramid::NODES as usize];
+        let texels = &mut cdf[..EnvironmentPyramid::TEXELS as usize];
         let sums: Vec<DVec3> = texels
-            .par_chunks_mut(Map::SIDE as usize)
+            .par_chunks_mut(EnvironmentPyramid::SIDE as usize)
             .enumerate()
             .map(|(row, texels)| {
                 let mut all = DVec3::ZERO;
@@ -180,7 +180,8 @@ impl Scene {
                     for step in 0..steps * steps {
                         let within = Vec2::new((step % steps) as f32 + 0.5, (step / steps) as f32 + 0.5);
                         let at = Vec2::new(column as f32, row as f32) + within / steps as f32;
-                        sum += radiance_from(tables, direction_of(at / Map::SIDE as f32)).as_dvec3();
+                        sum += radiance_from(tables, direction_of(at / EnvironmentPyramid::SIDE as f32))
+                            .as_dvec3();
                     }
                     sum /= f64::from(steps * steps);
                     *texel = (sum.element_sum() / 3.0) as f32;
@@ -189,12 +190,12 @@ impl Scene {
                 all
             })
             .collect();
-        let mean = sums.into_iter().sum::<DVec3>() / f64::from(Map::TEXELS);
+        let mean = sums.into_iter().sum::<DVec3>() / f64::from(EnvironmentPyramid::TEXELS);
         let min_radiance = (MIN_SHARE * mean.element_sum() / 3.0) as f32;
         texels.par_iter_mut().for_each(|texel| *texel = texel.max(min_radiance));
-        for level in 1..=Map::TOP {
-            for index in 0..Map::count(level, 1) {
-                let node = Map::node(level, index);
+        for level in 1..=EnvironmentPyramid::TOP {
+            for index in 0..EnvironmentPyramid::count(level, 1) {
+                let node = EnvironmentPyramid::node(level, index);
                 cdf[node.slot as usize] = node.below.iter().map(|&below| cdf[below as usize]).sum();
             }
         }

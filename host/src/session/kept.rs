@@ -35,7 +35,7 @@ mod tests {
     use std::collections::{BTreeMap, BTreeSet};
 
     use caustics_kernels::interface::balance::Balance;
-    use caustics_kernels::interface::history::{HistoryPoint, PathLight, ValidationPhoton};
+    use caustics_kernels::interface::history::{HistoryPoint, PathHistoryLight, ValidationPhoton};
     use caustics_kernels::{emission, history, method};
 
     use super::*;
@@ -81,7 +81,7 @@ mod tests {
         assert!(is_finite("validation_photons", bytemuck::bytes_of(&photon)));
         let balance = Balance { light_paths: u32::MAX, ..Balance::default() };
         assert!(is_finite("balance", bytemuck::bytes_of(&balance)));
-        let light = PathLight { indirect_samples: f32::INFINITY, ..PathLight::default() };
+        let light = PathHistoryLight { indirect_samples: f32::INFINITY, ..PathHistoryLight::default() };
         assert!(!is_finite("path_light", bytemuck::bytes_of(&light)));
         for (name, words) in WORDS.iter().filter(|(_, words)| words.contains('f')) {
             assert!(!is_finite(name, &vec![0xff; 4 * words.len()]), "{name}");

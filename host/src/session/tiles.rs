@@ -6,11 +6,11 @@ use caustics_kernels::declare::BufferSpec;
 use caustics_kernels::interface::frame::{FrameParams, Window};
 
 use crate::counters::Counters;
-use crate::energy::Energy;
+use crate::energy::EnergyLedger;
 use crate::rendered_image::RenderedImage;
 
 /// What outlives a frame, by buffer.
-pub type State = Vec<(&'static str, Vec<u8>)>;
+pub type TileState = Vec<(&'static str, Vec<u8>)>;
 
 /// The tiles of a film.
 pub struct Tiles {
@@ -19,7 +19,7 @@ pub struct Tiles {
     /// The tile that the buffers are of; none before the first frame.
     pub current: Option<u32>,
     /// What the last frame left of each; empty before the first.
-    pub states: Vec<State>,
+    pub states: Vec<TileState>,
     /// The last frame, where it was rendered in several.
     pub rendered: Rendered,
 }
@@ -32,7 +32,7 @@ pub struct Rendered {
     /// What the tiles counted.
     pub counters: Counters,
     /// The sum of the tiles' ledgers.
-    pub energy: Energy,
+    pub energy: EnergyLedger,
 }
 
 impl Tiles {

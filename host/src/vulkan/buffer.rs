@@ -7,7 +7,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use gpu_allocator::{AllocationError, MemoryLocation};
 
 use super::error::VulkanError;
-use super::memory::Memory;
+use super::memory::DeviceAllocator;
 
 /// No buffer is smaller, so that an empty table can be bound (bytes).
 const MIN_BYTES: u64 = 256;
@@ -38,7 +38,7 @@ pub struct Buffer {
     pub(super) bytes: u64,
     pub(super) size: u64,
     pub(super) allocation: Option<Allocation>,
-    pub(super) memory: Arc<Memory>,
+    pub(super) memory: Arc<DeviceAllocator>,
 }
 
 impl Buffer {
@@ -48,7 +48,7 @@ impl Buffer {
     ///
     /// If kernels could not bind the whole of it, or the memory is used up.
     pub fn new(
-        memory: &Arc<Memory>,
+        memory: &Arc<DeviceAllocator>,
         name: &str,
         bytes: u64,
         purpose: Purpose,

@@ -29,13 +29,13 @@ pub struct Statistic {
     /// The driver's name for it.
     pub name: String,
     /// The figure.
-    pub value: Value,
+    pub value: StatisticValue,
 }
 
 /// A value of one of Vulkan's types.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-pub enum Value {
+pub enum StatisticValue {
     /// A flag.
     Flag(bool),
     /// A count.
@@ -86,10 +86,10 @@ fn statistic(of: &vk::PipelineExecutableStatisticKHR<'_>) -> Statistic {
     // SAFETY: the driver wrote the member that the format names.
     let value = unsafe {
         match of.format {
-            Format::BOOL32 => Value::Flag(of.value.b32 == vk::TRUE),
-            Format::INT64 => Value::Integer(of.value.i64),
-            Format::FLOAT64 => Value::Number(of.value.f64),
-            _ => Value::Count(of.value.u64),
+            Format::BOOL32 => StatisticValue::Flag(of.value.b32 == vk::TRUE),
+            Format::INT64 => StatisticValue::Integer(of.value.i64),
+            Format::FLOAT64 => StatisticValue::Number(of.value.f64),
+            _ => StatisticValue::Count(of.value.u64),
         }
     };
     Statistic { name: text(of.name_as_c_str()), value }
@@ -119,9 +119,14 @@ mod tests {
 
     #[test]
     fn values_survive_json() {
-        let values = [Value::Flag(true), Value::Count(u64::MAX), Value::Integer(-3), Value::Number(0.5)];
+        let values = [
+            StatisticValue::Flag(true),
+            StatisticValue::Count(u64::MAX),
+            StatisticValue::Integer(-3),
+            StatisticValue::Number(0.5),
+        ];
         let json = serde_json::to_string(&values).unwrap();
         assert_eq!(json, "[true,18446744073709551615,-3,0.5]");
-        assert_eq!(serde_json::from_str::<[Value; 4]>(&json).unwrap(), values);
+        assert_eq!(serde_json::from_str::<[StatisticValue; 4]>(&json).unwrap(), values);
     }
 }

@@ -13,7 +13,7 @@ use super::recorder::Recorder;
 const WAIT_NS: u64 = 10_000_000_000;
 
 /// The command buffer, its fence and its clock.
-pub struct Frame {
+pub struct FrameCommands {
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
     fence: vk::Fence,
@@ -22,12 +22,12 @@ pub struct Frame {
     context: Arc<Context>,
 }
 
-impl Frame {
+impl FrameCommands {
     /// An empty command buffer of a device.
-    pub fn new(context: &Arc<Context>) -> Result<Frame, VulkanError> {
+    pub fn new(context: &Arc<Context>) -> Result<FrameCommands, VulkanError> {
         let device = &context.raw;
         // From here on, dropping the frame destroys what there is of it.
-        let mut frame = Frame {
+        let mut frame = FrameCommands {
             pool: vk::CommandPool::null(),
             commands: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
@@ -170,7 +170,7 @@ impl Frame {
     }
 }
 
-impl Drop for Frame {
+impl Drop for FrameCommands {
     fn drop(&mut self) {
         let device = &self.context.raw;
         // SAFETY: `execute` waits for what it submits; null handles are ignored.

@@ -8,15 +8,15 @@ use super::context::Context;
 use super::error::VulkanError;
 
 /// The device's memory.
-pub struct Memory {
+pub struct DeviceAllocator {
     // Freed before the device: fields drop in order.
     allocator: Mutex<Allocator>,
     pub(super) context: Arc<Context>,
 }
 
-impl Memory {
+impl DeviceAllocator {
     /// The memory of a device.
-    pub fn new(context: Arc<Context>) -> Result<Arc<Memory>, VulkanError> {
+    pub fn new(context: Arc<Context>) -> Result<Arc<DeviceAllocator>, VulkanError> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: context.instance.raw.clone(),
             device: context.raw.clone(),
@@ -26,7 +26,7 @@ impl Memory {
             allocation_sizes: Default::default(),
         })
         .map_err(|source| VulkanError::OutOfMemory { buffer: "any".into(), bytes: 0, source })?;
-        Ok(Arc::new(Memory { allocator: Mutex::new(allocator), context }))
+        Ok(Arc::new(DeviceAllocator { allocator: Mutex::new(allocator), context }))
     }
 
     /// Does something with the allocator.

@@ -11,12 +11,12 @@ use caustics_kernels::interface::instance::Transform;
 use super::buffer::{Buffer, Purpose};
 use super::context::Context;
 use super::error::VulkanError;
-use super::memory::Memory;
+use super::memory::DeviceAllocator;
 use super::primitives::Primitives;
 
 /// Primitives of a buffer, those of one bottom level.
 #[derive(Clone, Copy)]
-pub struct Part<'a> {
+pub struct BlasGeometry<'a> {
     /// The buffer, which must outlive the structure.
     pub buffer: &'a Buffer,
     /// Its first primitive.
@@ -58,21 +58,21 @@ impl Hierarchy {
     /// Allocates a structure over at most `capacity` primitives at the head of a buffer that must outlive it. It is not
     /// built yet.
     pub fn new(
-        memory: &Arc<Memory>,
+        memory: &Arc<DeviceAllocator>,
         name: &'static str,
         primitives: Primitives,
         buffer: &Buffer,
         capacity: u64,
     ) -> Result<Hierarchy, VulkanError> {
-        Self::from_parts(memory, name, primitives, &[Part { buffer, first: 0, capacity }], 1)
+        Self::from_parts(memory, name, primitives, &[BlasGeometry { buffer, first: 0, capacity }], 1)
     }
 
     /// Allocates a structure over parts of buffers, for at most `max_instances` instances; the first part has one, untransformed.
     pub fn from_parts(
-        memory: &Arc<Memory>,
+        memory: &Arc<DeviceAllocator>,
         name: &'static str,
         primitives: Primitives,
-        parts: &[Part<'_>],
+        parts: &[BlasGeometry<'_>],
         max_instances: u32,
     ) -> Result<Hierarchy, VulkanError> {
         let context = Arc::clone(&memory.context);
@@ -222,7 +222,7 @@ struct Structure {
 impl Structure {
     /// Allocates a structure and says how much scratch its build needs (bytes).
     fn new(
-        memory: &Arc<Memory>,
+        memory: &Arc<DeviceAllocator>,
         name: &str,
         level: Level,
         primitives: Primitives,

@@ -4,12 +4,12 @@ use ash::vk;
 
 use super::buffer::{Buffer, Purpose};
 use super::error::VulkanError;
-use super::frame::Frame;
+use super::frame::FrameCommands;
 
 /// Largest piece that goes through a staging buffer at once (bytes).
 const STAGING_BYTES: u64 = 64 << 20;
 
-impl Frame {
+impl FrameCommands {
     /// Overwrites a buffer from an offset on (bytes).
     ///
     /// # Errors
@@ -81,7 +81,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::super::context::Context;
-    use super::super::memory::Memory;
+    use super::super::memory::DeviceAllocator;
     use super::super::test_module;
     use super::*;
 
@@ -91,8 +91,8 @@ mod tests {
             Ok(context) => Arc::new(context),
             Err(error) => return test_module::skip(&error),
         };
-        let memory = Memory::new(Arc::clone(&context)).unwrap();
-        let mut frame = Frame::new(&context).unwrap();
+        let memory = DeviceAllocator::new(Arc::clone(&context)).unwrap();
+        let mut frame = FrameCommands::new(&context).unwrap();
         let bytes: Vec<u8> = (0..STAGING_BYTES + 1001).map(|i| (i % 251) as u8).collect();
         let mut buffer = Buffer::new(&memory, "large", bytes.len() as u64, Purpose::Data).unwrap();
         frame.upload_staged(&buffer, 0, &bytes).unwrap();

@@ -11,7 +11,7 @@ use caustics::experiment::error::{
     RELMSE_CAUSTICS, RELMSE_TRIMMED, RELMSE_TRIMMED_CAUSTIC_REGION,
 };
 use caustics::experiment::measure::measure;
-use caustics::experiment::plan::{Compared, Plan};
+use caustics::experiment::plan::{Compared, MeasurementPlan};
 use caustics::experiment::record::FrameRecord;
 use caustics::experiment::result::CellResult;
 use caustics::experiment::store;
@@ -170,7 +170,7 @@ fn each_cell_has_the_first_turn_in_turn() {
     let mut cells: Vec<Cell> =
         history::ALL.iter().map(|history| Cell { history, ..Cell::new(&BASIC) }).collect();
     caustics::experiment::cell_axes::name_all(&mut cells);
-    let plan = Plan {
+    let plan = MeasurementPlan {
         settings: Settings { width: 40, height: 24, ..Settings::default() },
         camera: scene.cameras[0].name.clone(),
         frames: 0..cells.len() as u32,

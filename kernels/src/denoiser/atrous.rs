@@ -103,7 +103,7 @@ pub fn level(
 
 /// What a pixel starts with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start {
+pub struct FilterInput {
     /// Its features.
     pub guide: DenoiserGuide,
     /// Radiance that is filtered (W m^-2 sr^-1).
@@ -121,13 +121,13 @@ pub fn start(
     shading: &PointShading,
     materials: &[Material],
     features: Features,
-) -> Start {
+) -> FilterInput {
     let light = radiance - prefix;
     let carried = shading.throughput.element_sum();
     if !point.exists() || !is_finite(light.element_sum()) || !is_finite(carried) {
         // All of it stays, to the bit.
         let guide = DenoiserGuide { surface: NONE, ..DenoiserGuide::default() };
-        return Start { guide, light: Vec3::ZERO, prefix: radiance };
+        return FilterInput { guide, light: Vec3::ZERO, prefix: radiance };
     }
     let mut share = shading.throughput;
     let material = material_of(shading, materials, features);
@@ -143,7 +143,7 @@ pub fn start(
         share,
         inverse_share: 1.0 / share.element_sum(),
     };
-    Start { guide, light, prefix }
+    FilterInput { guide, light, prefix }
 }
 
 /// A number that no two kinds of surface share but with a probability of one in two thousand million.

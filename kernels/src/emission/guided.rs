@@ -18,7 +18,9 @@ use crate::interface::guide::{GuideMap, GuideSum};
 use crate::interface::light::Light;
 use crate::interface::seen::PixelSum;
 use crate::light::density_map::Node;
-use crate::light::guided::{Group, Guided, Map, group_count, map_count, maps_of_group, max_map_count};
+use crate::light::guided::{
+    Group, Guided, GuidingPyramid, group_count, map_count, maps_of_group, max_map_count,
+};
 use crate::math::is_finite;
 use crate::math::quanta::Quanta;
 use crate::pass::weigh::kept;
@@ -58,12 +60,12 @@ pub const GUIDED: Emission = Emission {
 /// Adds what was scored to what is known, and makes maps of it. The first time in a frame, what is known fades.
 #[cfg(not(target_arch = "spirv"))]
 fn learn(params: &FrameParams, time: u32) -> Vec<Step> {
-    let nodes = |level| Map::count(level, map_count(params));
+    let nodes = |level| GuidingPyramid::count(level, map_count(params));
     let mut steps = vec![Step::level(&GUIDE_LEARN, time, nodes(0))];
-    steps.extend((1..=Map::TOP).map(|level| Step::level(&GUIDE_SUM, level, nodes(level))));
-    steps.push(Step::level(&GUIDE_SUM, Map::TOP + 1, 1));
+    steps.extend((1..=GuidingPyramid::TOP).map(|level| Step::level(&GUIDE_SUM, level, nodes(level))));
+    steps.push(Step::level(&GUIDE_SUM, GuidingPyramid::TOP + 1, 1));
     steps.push(Step::level(&GUIDE_PYRAMID, 0, nodes(0)));
-    steps.extend((1..=Map::TOP).map(|level| Step::level(&GUIDE_PYRAMID, level, nodes(level))));
+    steps.extend((1..=GuidingPyramid::TOP).map(|level| Step::level(&GUIDE_PYRAMID, level, nodes(level))));
     steps.push(Step::new(&GUIDE_SHARES, params));
     steps
 }
@@ -76,7 +78,7 @@ const UNSEEN: f32 = 1.0e-6;
 const SHRINKAGE: f32 = 4.0;
 
 /// Adds what was scored since the last time to what is known, a texel an invocation; at level 0 what is known fades.
-#[pass(name = "guide.learn", over = Map::count(0, map_count(params)), work = Guide)]
+#[pass(name = "guide.learn", over = GuidingPyramid::count(0, map_count(params)), work = Guide)]
 pub fn guide_learn(
     index: u32,
     params: &FrameParams,
@@ -84,13 +86,13 @@ pub fn guide_learn(
     image_rows: &[f32],
     pixel_sums: &[PixelSum],
     guide_maps: &[GuideMap],
-    #[len = max_map_count(params) * Map::TEXELS] mut start_counts: AtomicWords<'_>,
-    #[len = max_map_count(params) * Map::TEXELS * WORDS] mut start_scores: AtomicWords<'_>,
-    #[len = max_map_count(params) * Map::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
+    #[len = max_map_count(params) * GuidingPyramid::TEXELS] mut start_counts: AtomicWords<'_>,
+    #[len = max_map_count(params) * GuidingPyramid::TEXELS * WORDS] mut start_scores: AtomicWords<'_>,
+    #[len = max_map_count(params) * GuidingPyramid::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
 ) {
     let (mut keep_score, mut keep_starts) = (1.0, 1.0);
     if dispatch.level == 0 {
-        let all = guide_sums.read(max_map_count(params) * Map::NODES).starts;
+        let all = guide_sums.read(max_map_count(params) * GuidingPyramid::NODES).starts;
         keep_starts = kept(all / params.light_path_count as f32, params);
         // Scores are relative to the image: where that became brighter, so did all that was scored.
         keep_score = keep_starts * image_rows[params.height as usize + 1].min(1.0);
@@ -100,7 +102,7 @@ pub fn guide_learn(
     if is_second && dispatch.level == 0 {
         (keep_score, keep_starts) = (0.0, 0.0);
     }
-    let map = index / Map::TEXELS;
+    let map = index / GuidingPyramid::TEXELS;
     let unit = guide_maps[map as usize].unit;
     let word = index * WORDS;
     let quanta = Quanta { low: start_scores.get(word), high: start_scores.get(word + 1) };
@@ -110,10 +112,10 @@ pub fn guide_learn(
     start_counts.set(index, 0);
     let mut score = quanta.to_f32(1.0 / INVERSE_QUANTUM);
     // Where a mean is known, it is the unit.
-    if !is_second && guide_sums.read(Map::node(Map::TOP, map).slot).score > 0.0 {
+    if !is_second && guide_sums.read(GuidingPyramid::node(GuidingPyramid::TOP, map).slot).score > 0.0 {
         score = score.min(MAX_SCORE * starts);
     }
-    let slot = Map::node(0, index).slot;
+    let slot = GuidingPyramid::node(0, index).slot;
     let before = guide_sums.read(slot);
     let sum = GuideSum {
         score: before.score * keep_score + score * unit,
@@ -124,25 +126,25 @@ pub fn guide_learn(
 }
 
 /// The sums over a level of nodes; above the maps, over all of them.
-#[pass(name = "guide.sum", over = Map::count(1, map_count(params)), work = Guide)]
+#[pass(name = "guide.sum", over = GuidingPyramid::count(1, map_count(params)), work = Guide)]
 pub fn guide_sum(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
-    #[len = max_map_count(params) * Map::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
+    #[len = max_map_count(params) * GuidingPyramid::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
 ) {
     let mut sum = GuideSum::default();
-    if dispatch.level > Map::TOP {
+    if dispatch.level > GuidingPyramid::TOP {
         let mut map = 0;
         while map < map_count(params) {
-            let root = guide_sums.read(Map::node(Map::TOP, map).slot);
+            let root = guide_sums.read(GuidingPyramid::node(GuidingPyramid::TOP, map).slot);
             sum = plus(sum, root);
             map += 1;
         }
-        guide_sums.write(max_map_count(params) * Map::NODES, sum);
+        guide_sums.write(max_map_count(params) * GuidingPyramid::NODES, sum);
         return;
     }
-    let Node { slot, below } = Map::node(dispatch.level, index);
+    let Node { slot, below } = GuidingPyramid::node(dispatch.level, index);
     let upper = plus(guide_sums.read(below[0]), guide_sums.read(below[1]));
     let lower = plus(guide_sums.read(below[2]), guide_sums.read(below[3]));
     guide_sums.write(slot, plus(upper, lower));
@@ -155,15 +157,15 @@ fn plus(a: GuideSum, b: GuideSum) -> GuideSum {
 
 /// What paths are sampled by: of a texel the root of its mean score, shrunk towards those of the nodes above it; of other nodes,
 /// the sum.
-#[pass(name = "guide.pyramid", over = Map::count(0, map_count(params)), work = Guide)]
+#[pass(name = "guide.pyramid", over = GuidingPyramid::count(0, map_count(params)), work = Guide)]
 pub fn guide_pyramid(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
     guide_sums: &[GuideSum],
-    #[len = max_map_count(params) * Map::NODES] mut guide_pyramid: Slots<'_, f32>,
+    #[len = max_map_count(params) * GuidingPyramid::NODES] mut guide_pyramid: Slots<'_, f32>,
 ) {
-    let Node { slot, below } = Map::node(dispatch.level, index);
+    let Node { slot, below } = GuidingPyramid::node(dispatch.level, index);
     if dispatch.level > 0 {
         let (upper, lower) = (
             guide_pyramid.read(below[0]) + guide_pyramid.read(below[1]),
@@ -172,14 +174,17 @@ pub fn guide_pyramid(
         guide_pyramid.write(slot, upper + lower);
         return;
     }
-    let all = guide_sums[(max_map_count(params) * Map::NODES) as usize];
+    let all = guide_sums[(max_map_count(params) * GuidingPyramid::NODES) as usize];
     let mut mean = all.score / all.starts.max(1.0);
-    let (map, texel) = (index / Map::TEXELS, index % Map::TEXELS);
-    let (x, y) = (texel % Map::SIDE, texel / Map::SIDE);
-    let mut above = Map::TOP + 1;
+    let (map, texel) = (index / GuidingPyramid::TEXELS, index % GuidingPyramid::TEXELS);
+    let (x, y) = (texel % GuidingPyramid::SIDE, texel / GuidingPyramid::SIDE);
+    let mut above = GuidingPyramid::TOP + 1;
     while above > 0 {
         above -= 1;
-        let node = map * Map::NODES + Map::first(above) + (y >> above) * (Map::SIDE >> above) + (x >> above);
+        let node = map * GuidingPyramid::NODES
+            + GuidingPyramid::first(above)
+            + (y >> above) * (GuidingPyramid::SIDE >> above)
+            + (x >> above);
         let sum = guide_sums[node as usize];
         mean = (sum.score + SHRINKAGE * mean) / (sum.starts + SHRINKAGE);
     }
@@ -214,8 +219,8 @@ pub fn guide_shares(
         let even = Group::new(lights, params, map / maps).power / maps as f32;
         let is_known = even > 0.0 && total > 0.0 && is_finite(total);
         let share = if is_known { mass(map, guide_sums, guide_pyramid) / total } else { even };
-        let root = guide_sums[Map::node(Map::TOP, map).slot as usize];
-        let sum = Map::total(guide_pyramid, map);
+        let root = guide_sums[GuidingPyramid::node(GuidingPyramid::TOP, map).slot as usize];
+        let sum = GuidingPyramid::total(guide_pyramid, map);
         guide_maps.write(
             map,
             GuideMap {
@@ -227,7 +232,7 @@ pub fn guide_shares(
                 } else {
                     UNSEEN * even * even
                 },
-                scale: if sum > 0.0 { Map::TEXELS as f32 / sum } else { 0.0 },
+                scale: if sum > 0.0 { GuidingPyramid::TEXELS as f32 / sum } else { 0.0 },
             },
         );
         below += share;
@@ -238,6 +243,6 @@ pub fn guide_shares(
 /// The mean of what paths are sampled by in a map; nothing where none started, as in a cone that no position sees.
 #[inline(always)]
 fn mass(map: u32, sums: &[GuideSum], pyramid: &[f32]) -> f32 {
-    let root = sums[Map::node(Map::TOP, map).slot as usize];
-    if root.starts > 0.0 { Map::total(pyramid, map) / Map::TEXELS as f32 } else { 0.0 }
+    let root = sums[GuidingPyramid::node(GuidingPyramid::TOP, map).slot as usize];
+    if root.starts > 0.0 { GuidingPyramid::total(pyramid, map) / GuidingPyramid::TEXELS as f32 } else { 0.0 }
 }

@@ -11,7 +11,7 @@ use spirv_std::glam::Vec3;
 pub const WORDS: u32 = 7;
 /// The sum of one point's photons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sum {
+pub struct GatheredSum {
     /// Red.
     pub red: Quanta,
     /// Green.
@@ -26,13 +26,13 @@ pub struct Sum {
     pub non_finite: u32,
 }
 
-impl Sum {
+impl GatheredSum {
     /// One photon.
     #[inline]
     pub fn new(value: Vec3, inverse_quantum: f32) -> Self {
         let finite = is_finite(value.x) && is_finite(value.y) && is_finite(value.z);
         let max_quanta = value.x.max(value.y).max(value.z) * inverse_quantum;
-        Sum {
+        GatheredSum {
             red: Quanta::from_f32(value.x, inverse_quantum),
             green: Quanta::from_f32(value.y, inverse_quantum),
             blue: Quanta::from_f32(value.z, inverse_quantum),
@@ -44,8 +44,8 @@ impl Sum {
 
     /// Sum of two.
     #[inline]
-    pub fn plus(self, other: Sum) -> Self {
-        Sum {
+    pub fn plus(self, other: GatheredSum) -> Self {
+        GatheredSum {
             red: self.red.plus(other.red),
             green: self.green.plus(other.green),
             blue: self.blue.plus(other.blue),
@@ -103,10 +103,10 @@ mod tests {
         fn words_hold_the_exact_sum(values in prop::collection::vec(0.0f32..1.0e9, 1..200)) {
             let mut words = vec![0u32; 14];
             let mut atomics = AtomicWords::new(&mut words);
-            let mut local = Sum::default();
+            let mut local = GatheredSum::default();
             let mut exact = 0u64;
             for &v in &values {
-                let sum = Sum::new(Vec3::new(v, 2.0 * v, 0.5), 65_536.0);
+                let sum = GatheredSum::new(Vec3::new(v, 2.0 * v, 0.5), 65_536.0);
                 sum.add_to(&mut atomics, 1);
                 local = local.plus(sum);
                 exact += to_u64(Quanta::from_f32(v, 65_536.0));
@@ -120,13 +120,13 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_clamped_and_counted() {
-        let sum = Sum::new(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0);
+        let sum = GatheredSum::new(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0);
         assert_eq!(
             (sum.red, sum.green, sum.blue),
             (Quanta { low: 0, high: 65_536 }, Quanta::default(), Quanta::default())
         );
         assert_eq!((sum.clamped, sum.non_finite), (0, 1));
-        assert_eq!(Sum::new(Vec3::new(1.0e30, 0.0, 0.0), 1.0).clamped, 1);
-        assert_eq!(Sum::new(Vec3::new(f32::INFINITY, 0.0, 0.0), 1.0).red, Quanta::default());
+        assert_eq!(GatheredSum::new(Vec3::new(1.0e30, 0.0, 0.0), 1.0).clamped, 1);
+        assert_eq!(GatheredSum::new(Vec3::new(f32::INFINITY, 0.0, 0.0), 1.0).red, Quanta::default());
     }
 }

@@ -1,7 +1,7 @@
 //! `index.*` and `gather.*`: build an index, and bring photons and points together. An index over points is asked by each
 //! photon, which gives to the points that take it; an index over photons by each point, which takes from them.
 
-use crate::gather::accumulator::Sum;
+use crate::gather::accumulator::GatheredSum;
 use crate::gather::contribution::{Receiver, contribution, disc_half_extent, takes};
 use crate::gather::tables::Tables;
 use crate::gather::{Near, Visit, score};
@@ -182,7 +182,7 @@ for_each_gather!(passes);
 pub struct PhotonGather {
     geometry: PhotonGeometry,
     light: PhotonLight,
-    total: Sum,
+    total: GatheredSum,
     score: Quanta,
 }
 
@@ -192,7 +192,7 @@ impl PhotonGather {
     pub fn new(index: u32, tables: &Tables<'_>) -> PhotonGather {
         let geometry = tables.photon_geometry[index as usize];
         let light = tables.photon_light[index as usize];
-        PhotonGather { geometry, light, total: Sum::default(), score: Quanta::default() }
+        PhotonGather { geometry, light, total: GatheredSum::default(), score: Quanta::default() }
     }
 
     /// Where its points are: their boxes hold it.
@@ -219,7 +219,7 @@ impl Visit for PhotonGather {
             let material = material_of(&shading, tables.materials, tables.features);
             let roughness = tables.params.specular_roughness;
             let value = contribution(&shading, material, &self.light, roughness, tables.features);
-            let sum = Sum::new(value, tables.params.inverse_quantum());
+            let sum = GatheredSum::new(value, tables.params.inverse_quantum());
             sum.add_to(&mut tables.accumulator, pixel);
             self.total = self.total.plus(sum);
             if self.light.score > 0.0 {
@@ -236,7 +236,7 @@ pub struct PointGather {
     point: PointGeometry,
     /// Made for the first photon that it takes; what it was before tells nothing.
     receiver: Receiver,
-    sum: Sum,
+    sum: GatheredSum,
 }
 
 impl PointGather {
@@ -245,7 +245,7 @@ impl PointGather {
     pub fn new(index: u32, tables: &Tables<'_>) -> PointGather {
         let pixel = tables.pixel_order[index as usize];
         let point = tables.point_geometry[pixel as usize];
-        PointGather { pixel, point, receiver: Receiver::default(), sum: Sum::default() }
+        PointGather { pixel, point, receiver: Receiver::default(), sum: GatheredSum::default() }
     }
 
     /// Whether there is a point.
@@ -283,7 +283,7 @@ impl Visit for PointGather {
             }
             let light = tables.photon_light[id as usize];
             let value = self.receiver.contribution(&light);
-            self.sum = self.sum.plus(Sum::new(value, tables.params.inverse_quantum()));
+            self.sum = self.sum.plus(GatheredSum::new(value, tables.params.inverse_quantum()));
             if light.score > 0.0 {
                 let shading = tables.point_shading[self.pixel as usize];
                 let weight = tables.pixel_weights[self.pixel as usize];

@@ -8,7 +8,7 @@
 
 use crate::gather::hash::{RADIUS_BINS, Runs, cell, common_cell_size, radius_bin, reserve, slot};
 use crate::gather::tables::{Build, Tables};
-use crate::gather::variant::{Over, Stage, Variant, Words};
+use crate::gather::variant::{Over, Stage, Variant, WordCount};
 use crate::gather::{Gather, Index, Near, Visit};
 use crate::platform::{Atomics, Words as _};
 
@@ -36,10 +36,10 @@ impl Index for PhotonsGrid {
             Stage::Run(4, "fill", Over::Photons),
         ],
         words: [
-            Words(1, Over::Count(RADIUS_BINS + 1)),
-            Words(2, Over::Cells),
-            Words(2, Over::Cells),
-            Words::NONE,
+            WordCount(1, Over::Count(RADIUS_BINS + 1)),
+            WordCount(2, Over::Cells),
+            WordCount(2, Over::Cells),
+            WordCount::NONE,
         ],
         sorts: true,
         ..Variant::NEW

@@ -15,7 +15,7 @@ use crate::gather::hash::{RADIUS_BINS, common_cell_size, radius_bin};
 use crate::gather::morton_sort;
 use crate::gather::points_rt::write_box;
 use crate::gather::tables::Build;
-use crate::gather::variant::{Over, Side, Stage, Variant, Words};
+use crate::gather::variant::{Over, Side, Stage, Variant, WordCount};
 use crate::math::max_abs;
 use crate::platform::{Atomics, Words as _};
 use spirv_std::glam::Vec3;
@@ -51,10 +51,10 @@ impl Index for PhotonsRt {
             Stage::Structure(Side::Photons),
         ],
         words: [
-            Words(6, Over::Photons),
-            Words(1, Over::PhotonSort(3)),
-            Words(1, Over::Count(RADIUS_BINS + 1)),
-            Words::NONE,
+            WordCount(6, Over::Photons),
+            WordCount(1, Over::PhotonSort(3)),
+            WordCount(1, Over::Count(RADIUS_BINS + 1)),
+            WordCount::NONE,
         ],
         sorts: true,
         ..Variant::NEW

@@ -10,7 +10,7 @@
 use crate::gather::contribution::disc_half_extent;
 use crate::gather::morton_sort::{self, TOTAL};
 use crate::gather::tables::{Build, Tables};
-use crate::gather::variant::{Over, Side, Stage, Variant, Words};
+use crate::gather::variant::{Over, Side, Stage, Variant, WordCount};
 use crate::gather::{Gather, Index, Near, Visit};
 use crate::platform::Words as _;
 use spirv_std::glam::Vec3;
@@ -49,11 +49,11 @@ impl Index for PointsBvh {
             Stage::Run(8, "nodes", Over::PixelsIn(1 << 27)),
         ],
         words: [
-            Words(1, Over::PixelSort(3)),
-            Words(1, Over::Pixels),
+            WordCount(1, Over::PixelSort(3)),
+            WordCount(1, Over::Pixels),
             // A seventh would do, but for what is rounded up level by level.
-            Words(6, Over::PixelsIn(4)),
-            Words::NONE,
+            WordCount(6, Over::PixelsIn(4)),
+            WordCount::NONE,
         ],
         ..Variant::NEW
     };

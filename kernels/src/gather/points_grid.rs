@@ -9,7 +9,7 @@
 
 use crate::gather::hash::{RADIUS_BINS, Runs, cell, cell_size_of, radius_bin, reserve, slot};
 use crate::gather::tables::{Build, Tables};
-use crate::gather::variant::{Over, Side, Stage, Variant, Words};
+use crate::gather::variant::{Over, Side, Stage, Variant, WordCount};
 use crate::gather::{Gather, Index, Near, Visit};
 use crate::interface::point::PointGeometry;
 use crate::math::max_abs;
@@ -38,10 +38,10 @@ impl Index for PointsGrid {
             Stage::Run(3, "fill", Over::Pixels),
         ],
         words: [
-            Words(1, Over::Count(2 * RADIUS_BINS + 1)),
-            Words(2, Over::Cells),
-            Words(2, Over::Cells),
-            Words(1, Over::Pixels),
+            WordCount(1, Over::Count(2 * RADIUS_BINS + 1)),
+            WordCount(2, Over::Cells),
+            WordCount(2, Over::Cells),
+            WordCount(1, Over::Pixels),
         ],
         ..Variant::NEW
     };

@@ -8,7 +8,7 @@
 use crate::gather::Index;
 use crate::gather::contribution::disc_half_extent;
 use crate::gather::tables::Build;
-use crate::gather::variant::{Over, Side, Stage, Variant, Words};
+use crate::gather::variant::{Over, Side, Stage, Variant, WordCount};
 use crate::interface::point::PointGeometry;
 use spirv_std::glam::Vec3;
 
@@ -24,7 +24,7 @@ impl Index for PointsRt {
         side: Side::Points,
         hardware: true,
         frame: &[Stage::Run(0, "bound", Over::Pixels), Stage::Structure(Side::Points)],
-        words: [Words(6, Over::Pixels), Words::NONE, Words::NONE, Words::NONE],
+        words: [WordCount(6, Over::Pixels), WordCount::NONE, WordCount::NONE, WordCount::NONE],
         ..Variant::NEW
     };
 

@@ -40,11 +40,11 @@ pub enum Stage {
 
 /// Words of an index: so many for each of so many.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Words(pub u32, pub Over);
+pub struct WordCount(pub u32, pub Over);
 
-impl Words {
+impl WordCount {
     /// No words.
-    pub const NONE: Words = Words(0, Over::Count(0));
+    pub const NONE: WordCount = WordCount(0, Over::Count(0));
 
     /// So many.
     pub fn count(self, params: &FrameParams) -> u32 {
@@ -95,7 +95,7 @@ pub struct Variant {
     /// For each batch of light paths, after `shoot`.
     pub batch: &'static [Stage],
     /// The words of its index.
-    pub words: [Words; 4],
+    pub words: [WordCount; 4],
     /// Whether building moves the photons into `sorted_geometry` and `sorted_light`, and ids are of those.
     pub sorts: bool,
     /// The pass that builds.
@@ -117,7 +117,7 @@ impl Variant {
         hardware: false,
         frame: &[],
         batch: &[],
-        words: [Words::NONE; 4],
+        words: [WordCount::NONE; 4],
         sorts: false,
         #[cfg(not(target_arch = "spirv"))]
         index: &exchange::brute::INDEX,

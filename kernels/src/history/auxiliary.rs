@@ -14,7 +14,7 @@ use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
 use crate::pass::collect::errand::{Errand, Wanted, run};
 use crate::pass::collect::observer::{CollectionPoint, PathObserver};
-use crate::pass::collect::{CameraSuffix, PathLight};
+use crate::pass::collect::{CameraPathLight, CameraSuffix};
 use crate::platform::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
@@ -87,7 +87,7 @@ impl Errand for Shown<'_> {
         Wanted { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::NOTHING }
     }
     #[inline(always)]
-    fn leave(&mut self, _light: &PathLight, _kept: &()) {}
+    fn leave(&mut self, _light: &CameraPathLight, _kept: &()) {}
 }
 
 /// Where the image shows a point less where the image before did (px). Behind mirrors and glass the eye alone moves:

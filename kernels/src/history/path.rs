@@ -25,7 +25,7 @@ use crate::history::window::{PreviousFrame, project, seen_from};
 use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{HistoryPoint, PathLight, ReprojectedPathLight, Retraced};
+use crate::interface::history::{HistoryPoint, PathHistoryLight, ReprojectedPathLight, Retraced};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::point::{PointDirect, PointGeometry, PointShading};
@@ -173,7 +173,7 @@ impl Errand for Retrace<'_> {
         Wanted { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::new(self.params) }
     }
     #[inline(always)]
-    fn leave(&mut self, light: &collect::PathLight, point: &CollectionPoint) {
+    fn leave(&mut self, light: &collect::CameraPathLight, point: &CollectionPoint) {
         let mut retraced = Retraced::default();
         // What is another surface, the history will not find.
         if point.geometry.exists() && point.shading.material == self.points[self.pixel as usize].material {
@@ -302,7 +302,7 @@ pub fn path_reproject(
     materials: &[Material],
     instances: &[Instance],
     path_points: &[HistoryPoint],
-    path_light: &[PathLight],
+    path_light: &[PathHistoryLight],
     path_square: &[f32],
     #[len = block_count(params)] path_max_frames: &[Vec2],
     mut path_brightness: Slots<'_, Vec2>,
@@ -310,7 +310,7 @@ pub fn path_reproject(
 ) {
     let i = pixel as usize;
     let (point, shading, direct) = (&point_geometry[i], &point_shading[i], &point_direct[i]);
-    let (mut found, mut reprojected) = (PathLight::default(), ReprojectedPathLight::default());
+    let (mut found, mut reprojected) = (PathHistoryLight::default(), ReprojectedPathLight::default());
     if point.exists() {
         let light = path_radiance[i] - prefix_radiance[i];
         found = arriving(light, direct, shading, materials, params, features);
@@ -331,7 +331,7 @@ pub fn path_reproject(
         if history_sample.frames.max_element() > 0.0 {
             let light = path_light[history_sample.pixel as usize];
             reprojected = ReprojectedPathLight {
-                light: PathLight {
+                light: PathHistoryLight {
                     direct_samples: light.direct_samples.min(history_sample.frames.x),
                     indirect_samples: light.indirect_samples.min(history_sample.frames.y),
                     ..light
@@ -367,7 +367,7 @@ fn find_history_sample(
     shading: &PointShading,
     materials: &[Material],
     instances: &[Instance],
-    history: PreviousFrame<'_, PathLight>,
+    history: PreviousFrame<'_, PathHistoryLight>,
     path_max_frames: &[Vec2],
     params: &FrameParams,
     features: Features,
@@ -442,13 +442,13 @@ pub fn path_blend(
     path_reprojected: &[ReprojectedPathLight],
     mut path_radiance: Slots<'_, Vec3>,
     mut path_points: Slots<'_, HistoryPoint>,
-    mut path_light: Slots<'_, PathLight>,
+    mut path_light: Slots<'_, PathHistoryLight>,
     mut path_square: Slots<'_, f32>,
     mut path_noise: Slots<'_, f32>,
 ) {
     let i = pixel as usize;
     let (point, shading, direct) = (&point_geometry[i], &point_shading[i], &point_direct[i]);
-    let (mut kept, mut light, mut square) = (HistoryPoint::default(), PathLight::default(), 0.0);
+    let (mut kept, mut light, mut square) = (HistoryPoint::default(), PathHistoryLight::default(), 0.0);
     if point.exists() {
         let found = path_radiance.read(pixel) - prefix_radiance[i];
         light = arriving(found, direct, shading, materials, params, features);
@@ -461,7 +461,7 @@ pub fn path_blend(
         let shares =
             Vec2::new(1.0 / (reprojected.direct_samples + 1.0), 1.0 / (reprojected.indirect_samples + 1.0));
         if reprojected.exists() {
-            light = PathLight {
+            light = PathHistoryLight {
                 direct: reprojected.direct + (light.direct - reprojected.direct) * shares.x,
                 direct_samples: reprojected.direct_samples + 1.0,
                 indirect: reprojected.indirect + (light.indirect - reprojected.indirect) * shares.y,
@@ -489,7 +489,7 @@ pub fn path_blend(
 
 /// One plus the variance of the mean of all frames over its square; 0 where they are too few to tell.
 #[inline(always)]
-fn noise(light: &PathLight, class_probability: f32, square: f32) -> f32 {
+fn noise(light: &PathHistoryLight, class_probability: f32, square: f32) -> f32 {
     let samples = light.direct_samples.min(light.indirect_samples);
     let mean = brightness(light, class_probability).element_sum();
     if samples < MIN_KNOWN_FRAMES {
@@ -509,7 +509,7 @@ fn arriving(
     materials: &[Material],
     params: &FrameParams,
     features: Features,
-) -> PathLight {
+) -> PathHistoryLight {
     let reflected = shading.throughput * head_on(shading, materials, params, features);
     // Behind what parts colours a pixel has another channel in every frame, which says nothing of the others.
     let parted = features.has(Features::DISPERSION) && !is_mixed(shading.throughput);
@@ -519,11 +519,11 @@ fn arriving(
         || known < MIN_REFLECTANCE
         || parted
     {
-        return PathLight::default();
+        return PathHistoryLight::default();
     }
     // Of a sample that was bounded, what is left is direct light first.
     let from_lights = direct.radiance.min(light);
-    PathLight {
+    PathHistoryLight {
         direct: demodulated(from_lights, reflected * direct.class_probability),
         direct_samples: 1.0,
         indirect: demodulated(light - from_lights, reflected),
@@ -533,7 +533,7 @@ fn arriving(
 
 /// All channels of direct and of indirect light, as the eye sees them but for what the point and the path to it leave of them.
 #[inline(always)]
-fn brightness(light: &PathLight, class_probability: f32) -> Vec2 {
+fn brightness(light: &PathHistoryLight, class_probability: f32) -> Vec2 {
     Vec2::new(light.direct.element_sum() * class_probability, light.indirect.element_sum())
 }
 

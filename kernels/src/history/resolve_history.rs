@@ -1,7 +1,7 @@
 //! `resolve.history`: flux to radiance, with reused light of the previous frame; and what this frame leaves to the next one.
 
 use crate::declare::pass;
-use crate::gather::accumulator::{self, Sum};
+use crate::gather::accumulator::{self, GatheredSum};
 use crate::history::demodulate::{MIN_REFLECTANCE, demodulated, head_on};
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
@@ -67,7 +67,7 @@ pub fn blend(
     if !point.exists() {
         return out;
     }
-    let (sum, _) = Sum::read(accumulator, pixel, params.quantum);
+    let (sum, _) = GatheredSum::read(accumulator, pixel, params.quantum);
     // Without history the image is that of `resolve`, to the bit.
     out.radiance = resolve::radiance(point, shading, sum);
     let fresh = (sum / point.radius) / (PI * point.radius);

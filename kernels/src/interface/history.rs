@@ -64,7 +64,7 @@ pub struct ValidationPhoton {
 /// Light that reaches a collection point along camera paths, over what the point reflects head on (W m^-2).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct PathLight {
+pub struct PathHistoryLight {
     /// Mean of what comes straight from lights.
     pub direct: Vec3,
     /// Frames' worth that it holds, or counts where it is reused; 0: there is none.
@@ -75,7 +75,7 @@ pub struct PathLight {
     pub indirect_samples: f32,
 }
 
-impl PathLight {
+impl PathHistoryLight {
     /// Whether there is any.
     #[inline(always)]
     pub fn exists(&self) -> bool {
@@ -88,7 +88,7 @@ impl PathLight {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ReprojectedPathLight {
     /// The light; none where it counts no frames.
-    pub light: PathLight,
+    pub light: PathHistoryLight,
     /// From the point to the mean position of that light (m).
     pub offset: Vec3,
     /// Mean square of what a frame finds, direct and indirect light and all channels together.
@@ -99,7 +99,7 @@ pub struct ReprojectedPathLight {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Retraced {
-    /// Light that it found in the frame before, all channels of `PathLight` together, direct and indirect (W m^-2).
+    /// Light that it found in the frame before, all channels of `PathHistoryLight` together, direct and indirect (W m^-2).
     pub before: Vec2,
     /// Light that it finds now (W m^-2).
     pub now: Vec2,
@@ -126,5 +126,5 @@ pub fn validation_paths(light_path_count: u32) -> u32 {
 const _: () = assert!(size_of::<HistoryPoint>() == 32);
 const _: () = assert!(size_of::<Reprojected>() == 32);
 const _: () = assert!(size_of::<HistorySettings>() == 16);
-const _: () = assert!(size_of::<PathLight>() == 32);
+const _: () = assert!(size_of::<PathHistoryLight>() == 32);
 const _: () = assert!(size_of::<ValidationPhoton>() == 20);

@@ -14,7 +14,7 @@ use crate::interface::scene::SceneTables;
 use crate::method::path::wanted as wanted_by_reference;
 use crate::pass::collect::errand::{Errand, Wanted, run};
 use crate::pass::collect::observer::{CollectionPoint, PathObserver};
-use crate::pass::collect::{Collect, PathLight};
+use crate::pass::collect::{CameraPathLight, Collect};
 use crate::platform::{Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
@@ -140,7 +140,7 @@ impl Errand for Errands<'_> {
     }
 
     #[inline(always)]
-    fn leave(&mut self, light: &PathLight, kept: &CollectionPoint) {
+    fn leave(&mut self, light: &CameraPathLight, kept: &CollectionPoint) {
         if self.runs.collects {
             self.collect.leave(light, &());
         }

@@ -97,7 +97,7 @@ impl Emit for Starts<'_> {
 }
 
 impl EmissionMixture for Starts<'_> {
-    type Choice = (aimed::Choice, guided::Choice);
+    type Choice = (aimed::CasterChoice, guided::GuidingChoice);
 
     #[inline(always)]
     fn mixes(&self) -> bool {

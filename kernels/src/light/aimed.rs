@@ -28,7 +28,7 @@ pub struct Aimed<'a> {
 
 /// A caster chosen by its cone.
 #[derive(Clone, Copy, Default)]
-pub struct Choice {
+pub struct CasterChoice {
     /// The caster; their number if the path starts by power.
     caster: u32,
     /// Sum of the weights.
@@ -37,7 +37,7 @@ pub struct Choice {
 
 /// Chooses among `count` cones by a uniform number.
 #[inline(always)]
-fn choose_cone(count: u32, u: f32, cone: impl Fn(u32) -> EmissionCone) -> Choice {
+fn choose_cone(count: u32, u: f32, cone: impl Fn(u32) -> EmissionCone) -> CasterChoice {
     let (mut total, mut index) = (0.0, 0);
     while index < count {
         total += cone(index).weight;
@@ -54,12 +54,17 @@ fn choose_cone(count: u32, u: f32, cone: impl Fn(u32) -> EmissionCone) -> Choice
         }
         index += 1;
     }
-    Choice { caster, total }
+    CasterChoice { caster, total }
 }
 
 /// The mixture of which a start was sampled: the share of starts by power, and the density beside them.
 #[inline(always)]
-fn mixture(count: u32, choice: Choice, direction: Vec3, cone: impl Fn(u32) -> EmissionCone) -> (f32, f32) {
+fn mixture(
+    count: u32,
+    choice: CasterChoice,
+    direction: Vec3,
+    cone: impl Fn(u32) -> EmissionCone,
+) -> (f32, f32) {
     let scale = if choice.total > 0.0 { (1.0 - BY_POWER) / choice.total } else { 0.0 };
     let (mut by_power, mut aimed) = (1.0 - scale * choice.total, 0.0);
     let mut index = 0;
@@ -84,16 +89,16 @@ impl Aimed<'_> {
 }
 
 impl EmissionMixture for Aimed<'_> {
-    type Choice = Choice;
+    type Choice = CasterChoice;
 
     #[inline(always)]
-    fn light(&self, u_position: Vec4, _numbers: Vec4, _rng: &mut Rng) -> (u32, Choice) {
+    fn light(&self, u_position: Vec4, _numbers: Vec4, _rng: &mut Rng) -> (u32, CasterChoice) {
         let ByPower { scene, params, .. } = self.power;
-        (choose(scene.lights, params.light_count, u_position.x, u_position.y), Choice::default())
+        (choose(scene.lights, params.light_count, u_position.x, u_position.y), CasterChoice::default())
     }
 
     #[inline(always)]
-    fn sample_direction(&self, choice: &mut Choice, context: &EmissionContext) -> EmissionDirection {
+    fn sample_direction(&self, choice: &mut CasterChoice, context: &EmissionContext) -> EmissionDirection {
         let count = self.power.params.casters.count;
         *choice = choose_cone(count, context.numbers.w, |index| self.cone(context, index));
         let mut chosen = EmissionCone::NONE;
@@ -112,7 +117,7 @@ impl EmissionMixture for Aimed<'_> {
     #[inline(always)]
     fn weigh(
         &self,
-        choice: &Choice,
+        choice: &CasterChoice,
         context: &EmissionContext,
         direction: Vec3,
         emission: &EvaluatedEmission,

@@ -10,7 +10,7 @@ use crate::math::rng::Rng;
 use spirv_std::glam::{Vec2, Vec4};
 
 /// The layout of its maps.
-pub type Map = Pyramid<7>;
+pub type DensityPyramid = Pyramid<7>;
 /// Maps there are. A light has that of its row, modulo this: lamps of many triangles share them.
 pub const MAPS: u32 = 8;
 /// Words of a texel's feedback: sum of screen areas, of their squares (two words each), photons, paths.
@@ -45,7 +45,7 @@ impl Emit for ByDensity<'_> {
         let light = choose(lights, self.power.params.light_count, u_position.x, u_position.y);
         let parallel = lights[light as usize].is_parallel();
         let (u, v) = if parallel { (u_position.z, u_position.w) } else { (direction.x, direction.y) };
-        let sampled = Map::sample(self.pyramid, map_of(light), Vec2::new(u, v));
+        let sampled = DensityPyramid::sample(self.pyramid, map_of(light), Vec2::new(u, v));
         let polar = to_polar(sampled.at);
         let emission = if parallel {
             self.power.start(Vec4::new(u_position.x, u_position.y, polar.x, polar.y), direction)

@@ -21,7 +21,7 @@ use crate::math::warp::uniform_cone;
 use spirv_std::glam::{Vec2, Vec3, Vec4};
 
 /// The layout of the pyramid: a texel is 0.2 degrees wide.
-pub type Map = Pyramid<10>;
+pub type EnvironmentPyramid = Pyramid<10>;
 
 /// Solid angle of all directions (sr).
 const EVERYWHERE: f32 = 4.0 * PI;
@@ -75,8 +75,8 @@ fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, 
 #[inline(always)]
 pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -> f32 {
     let cdf = scene.environment_cdf;
-    let density =
-        cdf[Map::texel_at(to_unit_square(direction)) as usize] * (Map::TEXELS as f32 / Map::total(cdf, 0));
+    let density = cdf[EnvironmentPyramid::texel_at(to_unit_square(direction)) as usize]
+        * (EnvironmentPyramid::TEXELS as f32 / EnvironmentPyramid::total(cdf, 0));
     light.pdf_light_choice * density / EVERYWHERE
 }
 
@@ -84,7 +84,7 @@ pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -
 #[inline(always)]
 pub fn sample_environment(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
     let environment = scene.environment[0];
-    let sample = Map::sample(scene.environment_cdf, 0, Vec2::new(u, v));
+    let sample = EnvironmentPyramid::sample(scene.environment_cdf, 0, Vec2::new(u, v));
     let from = direction_of(sample.at);
     Light {
         kind: Features::DIRECTIONAL_LIGHTS.0,

@@ -25,7 +25,7 @@ use crate::math::rng::Rng;
 use spirv_std::glam::{Vec2, Vec3, Vec4};
 
 /// The layout of the maps.
-pub type Map = Pyramid<6>;
+pub type GuidingPyramid = Pyramid<6>;
 /// Maps there are at most.
 pub const MAX_MAPS: u32 = 256;
 /// Groups of lights there are at most.
@@ -161,22 +161,23 @@ impl Guided<'_> {
     #[inline(always)]
     fn sample_map(&self, map: u32, texel: Vec2, within: Vec2) -> Vec2 {
         // Texels take most of the bits of their numbers.
-        let sampled = Map::sample(self.pyramid, map, texel).texel % Map::TEXELS;
-        let corner = Vec2::new((sampled % Map::SIDE) as f32, (sampled / Map::SIDE) as f32);
-        (corner + within) / Map::SIDE as f32
+        let sampled = GuidingPyramid::sample(self.pyramid, map, texel).texel % GuidingPyramid::TEXELS;
+        let corner =
+            Vec2::new((sampled % GuidingPyramid::SIDE) as f32, (sampled / GuidingPyramid::SIDE) as f32);
+        (corner + within) / GuidingPyramid::SIDE as f32
     }
 
     /// Density of a position by `sample_map`; 1 on average.
     #[inline(always)]
     fn density(&self, map: u32, texel: u32) -> f32 {
         let scale = self.maps[map as usize].scale;
-        if scale > 0.0 { self.pyramid[(map * Map::NODES + texel) as usize] * scale } else { 1.0 }
+        if scale > 0.0 { self.pyramid[(map * GuidingPyramid::NODES + texel) as usize] * scale } else { 1.0 }
     }
 }
 
 /// What a start is sampled by.
 #[derive(Clone, Copy, Default)]
-pub struct Choice {
+pub struct GuidingChoice {
     /// The caster; behind the last, everything; `NONE`: it starts by power.
     chosen: u32,
     /// Whether by what is known of it.
@@ -207,10 +208,10 @@ impl Guided<'_> {
 }
 
 impl EmissionMixture for Guided<'_> {
-    type Choice = Choice;
+    type Choice = GuidingChoice;
 
     #[inline(always)]
-    fn light(&self, u_position: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Choice) {
+    fn light(&self, u_position: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, GuidingChoice) {
         let ByPower { scene, params, .. } = self.power;
         let more = rng.next4();
         let (by_power, known) = (numbers.w < BY_POWER, numbers.w >= BY_POWER + EVENLY);
@@ -225,11 +226,11 @@ impl EmissionMixture for Guided<'_> {
             chosen = if by_power { NONE } else { (evenly as u32).min(params.casters.count) };
             row = choose(scene.lights, params.light_count, u_position.x, u_position.y);
         }
-        (row, Choice { chosen, known, within: Vec2::new(more.x, more.y), own: Vec2::ZERO })
+        (row, GuidingChoice { chosen, known, within: Vec2::new(more.x, more.y), own: Vec2::ZERO })
     }
 
     #[inline(always)]
-    fn sample_direction(&self, choice: &mut Choice, context: &EmissionContext) -> EmissionDirection {
+    fn sample_direction(&self, choice: &mut GuidingChoice, context: &EmissionContext) -> EmissionDirection {
         let mut direction = EmissionDirection::BY_POWER;
         if choice.chosen != NONE {
             if !self.cone(context, choice.chosen).is_open() {
@@ -249,14 +250,14 @@ impl EmissionMixture for Guided<'_> {
     #[inline(always)]
     fn weigh(
         &self,
-        choice: &Choice,
+        choice: &GuidingChoice,
         context: &EmissionContext,
         direction: Vec3,
         emission: &EvaluatedEmission,
     ) -> EmissionSample {
         let ByPower { scene, params, .. } = self.power;
         let (casters, first) = (params.casters.count, self.first(context));
-        let Choice { chosen, own, .. } = *choice;
+        let GuidingChoice { chosen, own, .. } = *choice;
         // The density of the direction over all maps of the group, and the map that is scored: the one that it was
         // sampled from, else that of a cone that holds it, so that the last map learns of what no cone serves.
         let even = EVENLY / maps_of_group(params) as f32;
@@ -273,7 +274,7 @@ impl EmissionMixture for Guided<'_> {
             } else if caster == chosen || cone.holds(direction) {
                 let at =
                     if caster == chosen { own } else { from_polar(cone.polar(&context.light, direction)) };
-                let texel = Map::texel_at(at);
+                let texel = GuidingPyramid::texel_at(at);
                 let (mut uniform, mut known) = (even, share);
                 if caster == casters {
                     uniform += closed_even;
@@ -300,7 +301,7 @@ impl EmissionMixture for Guided<'_> {
             let paths = over_uniform * params.light_path_count as f32 / params.pixel_count() as f32;
             score = paths * paths / self.maps[(first + scored) as usize].unit;
         }
-        EmissionSample { texel: (first + scored) * Map::TEXELS + scored_texel, score, ..sample }
+        EmissionSample { texel: (first + scored) * GuidingPyramid::TEXELS + scored_texel, score, ..sample }
     }
 }
 

@@ -28,7 +28,7 @@ pub struct Differential {
 
 /// A surface's unit normal, on the side of arrival, and its derivatives by u and v.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Normals {
+pub struct NormalDerivatives {
     /// Unit normal.
     pub normal: Vec3,
     /// Its derivative by u.
@@ -71,7 +71,7 @@ impl Differential {
 
     /// After a mirror that the unit `direction` arrives at [Igehy 1999, eq. 14 to 16].
     #[shared]
-    pub fn reflect(self, direction: Vec3, at: Normals) -> Self {
+    pub fn reflect(self, direction: Vec3, at: NormalDerivatives) -> Self {
         let cos = direction.dot(at.normal);
         let mirrored = |turn: Vec3, change: Vec3| {
             let cos_change = turn.dot(at.normal) + direction.dot(change);
@@ -87,7 +87,7 @@ impl Differential {
     /// After refraction from the unit `direction` to `behind`; `eta` = index before over index behind [Igehy 1999, eq. 17
     /// to 20].
     #[shared]
-    pub fn refract(self, direction: Vec3, behind: Vec3, at: Normals, eta: f32) -> Self {
+    pub fn refract(self, direction: Vec3, behind: Vec3, at: NormalDerivatives, eta: f32) -> Self {
         let (cos, cos_behind) = (direction.dot(at.normal), behind.dot(at.normal));
         let mu = eta * cos - cos_behind;
         let refracted = |turn: Vec3, change: Vec3| {

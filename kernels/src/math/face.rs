@@ -51,7 +51,7 @@ impl Face {
 
 /// Vertex normals of a triangle in the world: unit vectors, or zeros where the face's own serves.
 #[derive(Clone, Copy, Debug)]
-pub struct Normals {
+pub struct VertexNormals {
     /// At its first corner.
     pub a: Vec3,
     /// At its second.
@@ -60,17 +60,17 @@ pub struct Normals {
     pub c: Vec3,
 }
 
-impl Normals {
+impl VertexNormals {
     /// Those of a triangle of an instance.
     #[inline(always)]
-    pub fn new(scene: SceneTables<'_>, features: Features, instance: u32, triangle: u32) -> Normals {
+    pub fn new(scene: SceneTables<'_>, features: Features, instance: u32, triangle: u32) -> VertexNormals {
         let record = scene.surfaces[triangle as usize];
         let (mut a, mut b, mut c) = (record.normal_a, record.normal_b, record.normal_c);
         if features.has(Features::INSTANCES) && instance != 0 {
             let to_object = scene.instances[instance as usize].to_object;
             (a, b, c) = (unit(to_object.normal(a)), unit(to_object.normal(b)), unit(to_object.normal(c)));
         }
-        Normals { a, b, c }
+        VertexNormals { a, b, c }
     }
 
     /// Their mean, by the weights of the corners b and c.

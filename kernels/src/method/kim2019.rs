@@ -9,7 +9,7 @@
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
 use crate::declare::pass;
-use crate::gather::accumulator::{self, Sum};
+use crate::gather::accumulator::{self, GatheredSum};
 use crate::gather::contribution::contribution;
 use crate::gather::score::{self, score};
 #[cfg(not(target_arch = "spirv"))]
@@ -123,7 +123,7 @@ pub fn splat_kim2019(
         // `resolve` divides by the disc.
         let disc = PI * point.radius * point.radius;
         let value = value * (disc / area(&photon, to, distance, dispatch.level, params));
-        let sum = Sum::new(value, params.inverse_quantum());
+        let sum = GatheredSum::new(value, params.inverse_quantum());
         sum.add_to(&mut accumulator, pixel);
         if light.score > 0.0 {
             let score = score(&light, &point, &shading, value, pixel_weights[pixel as usize]);

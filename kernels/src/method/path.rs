@@ -14,7 +14,7 @@ use crate::math::rng::Stream;
 use crate::method::Method;
 use crate::pass::collect::errand::{Errand, Wanted, run};
 use crate::pass::collect::observer::{CollectionPoint, PathObserver};
-use crate::pass::collect::{CameraSuffix, PathLight};
+use crate::pass::collect::{CameraPathLight, CameraSuffix};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
 use crate::platform::{Atomics, Slots};
@@ -78,7 +78,7 @@ impl Errand for Reference<'_> {
         wanted(self.pixel)
     }
     #[inline(always)]
-    fn leave(&mut self, light: &PathLight, _kept: &()) {
+    fn leave(&mut self, light: &CameraPathLight, _kept: &()) {
         self.radiance.write(self.pixel, light.radiance);
     }
 }

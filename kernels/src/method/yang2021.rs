@@ -10,7 +10,7 @@ use spirv_std::num_traits::Float;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
 use crate::declare::pass;
-use crate::gather::accumulator::{self, Sum};
+use crate::gather::accumulator::{self, GatheredSum};
 use crate::gather::contribution::{contribution, is_same_surface};
 #[cfg(not(target_arch = "spirv"))]
 use crate::interface::choice::TextureFilter;
@@ -21,12 +21,12 @@ use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 #[cfg(not(target_arch = "spirv"))]
 use crate::light::by_density::map_count;
-use crate::light::by_density::{ByDensity, FEEDBACK_WORDS, MAPS, Map};
+use crate::light::by_density::{ByDensity, DensityPyramid, FEEDBACK_WORDS, MAPS};
 use crate::light::emit::EmissionSample;
 use crate::light::power::ByPower;
 use crate::math::PI;
 use crate::math::cone::lobe_variance;
-use crate::math::differential::{Differential, Normals};
+use crate::math::differential::{Differential, NormalDerivatives};
 use crate::math::quanta::Quanta;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::frame::frame_steps;
@@ -77,11 +77,11 @@ fn steps(parts: Parts, params: &FrameParams) -> Vec<Step> {
 /// The density map of this frame.
 fn prepare(params: &FrameParams) -> Vec<Step> {
     let sum = |level| {
-        let count = Map::count(level, map_count(params.light_count));
+        let count = DensityPyramid::count(level, map_count(params.light_count));
         Step::level(&density::DENSITY_SUM, level, count)
     };
     let mut steps = vec![Step::new(&density::DENSITY_UPDATE, params)];
-    steps.extend((0..=Map::TOP).map(sum));
+    steps.extend((0..=DensityPyramid::TOP).map(sum));
     steps.push(Step::Clear { buffer: "density_feedback" });
     steps
 }
@@ -100,7 +100,7 @@ pub fn shoot_yang2021(
     point_shading: &[PointShading],
     density_pyramid: &[f32],
     #[len = params.pixel_count() * accumulator::WORDS] accumulator: AtomicWords<'_>,
-    #[len = MAPS * Map::TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
+    #[len = MAPS * DensityPyramid::TEXELS * FEEDBACK_WORDS] density_feedback: AtomicWords<'_>,
 ) {
     scratch!(words: ROOM);
     let power = ByPower::new(scene, params, features);
@@ -225,15 +225,15 @@ impl LightPathState<'_> {
 
     /// How many photons were given, and what became of them.
     #[inline(always)]
-    fn total(&self) -> Sum {
+    fn total(&self) -> GatheredSum {
         let count = self.record.take(self.words, TOTAL);
         let (clamped, non_finite) =
             (self.record.take(self.words, TOTAL + 1), self.record.take(self.words, TOTAL + 2));
-        Sum { count, clamped, non_finite, ..Sum::default() }
+        GatheredSum { count, clamped, non_finite, ..GatheredSum::default() }
     }
 
     #[inline(always)]
-    fn set_total(&mut self, total: &Sum) {
+    fn set_total(&mut self, total: &GatheredSum) {
         self.record.put(self.words, TOTAL, total.count);
         self.record.put(self.words, TOTAL + 1, total.clamped);
         self.record.put(self.words, TOTAL + 2, total.non_finite);
@@ -243,10 +243,16 @@ impl LightPathState<'_> {
 impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
     /// The unit `normal` with its changes where the path arrived.
     #[inline(always)]
-    fn normals(&self, differential: &Differential, hit: &Hit, front: bool, normal: Vec3) -> Normals {
+    fn normals(
+        &self,
+        differential: &Differential,
+        hit: &Hit,
+        front: bool,
+        normal: Vec3,
+    ) -> NormalDerivatives {
         let steps = (differential.position_u, differential.position_v);
         let (by_u, by_v) = normal_changes(self.scene, self.features, hit, front, steps);
-        Normals { normal, by_u, by_v }
+        NormalDerivatives { normal, by_u, by_v }
     }
 
     /// Gives to one pixel; whether it took.
@@ -270,7 +276,7 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
         let material = material_of(&shading, self.scene.materials, self.features);
         let value = contribution(&shading, material, light, self.params.specular_roughness, self.features);
         let disc = PI * point.radius * point.radius;
-        let sum = Sum::new(value * (disc * weight), self.params.inverse_quantum());
+        let sum = GatheredSum::new(value * (disc * weight), self.params.inverse_quantum());
         sum.add_to(&mut self.accumulator, pixel);
         self.path_state.set_total(&self.path_state.total().plus(sum));
         true
@@ -298,7 +304,7 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
             solid_angle,
             emission.area * share,
         ));
-        self.path_state.set_total(&Sum::default());
+        self.path_state.set_total(&GatheredSum::default());
         self.path_state.set_texel(emission.texel);
         self.feedback.add(emission.texel * FEEDBACK_WORDS + 5, 1);
     }

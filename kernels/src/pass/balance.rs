@@ -12,7 +12,7 @@ use spirv_std::num_traits::Float;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
 use crate::declare::pass;
-use crate::gather::accumulator::{self, Sum};
+use crate::gather::accumulator::{self, GatheredSum};
 use crate::interface::balance::{Balance, MAX_PATHS, MIN_PATHS};
 use crate::interface::counters::{COUNTER_COUNT, Counter};
 use crate::interface::frame::FrameParams;
@@ -69,7 +69,7 @@ pub fn balance_rows(
         let point = &point_geometry[pixel as usize];
         let mut caustics = 0.0;
         if point.exists() {
-            let (value, count) = Sum::read(accumulator, pixel, params.quantum);
+            let (value, count) = GatheredSum::read(accumulator, pixel, params.quantum);
             let light = mean(radiance(point, &point_shading[pixel as usize], value));
             // The sum of the squares of equal photons. What the camera chose is the same for all of them, so that its noise,
             // which no number of light paths lowers, is not in it.

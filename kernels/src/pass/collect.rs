@@ -104,7 +104,7 @@ impl CameraSuffix {
 
 /// The light that a camera path brings home.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PathLight {
+pub struct CameraPathLight {
     /// Radiance that is no caustic (W m^-2 sr^-1).
     pub radiance: Vec3,
     /// With [`Features::PARTS`], as what follows is: the part of it that is no light which the non-specular class of the collection
@@ -120,7 +120,7 @@ pub struct PathLight {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Collected {
     /// All its light.
-    pub light: PathLight,
+    pub light: CameraPathLight,
     /// Its point.
     pub point: CollectionPoint,
 }
@@ -130,7 +130,7 @@ const SURE: f32 = 0.5;
 
 /// A camera path before its first ray is traced.
 #[derive(Clone, Copy, Debug)]
-pub struct Start {
+pub struct CameraPathStart {
     /// Its first ray.
     pub ray: Ray,
     /// The cone around that.
@@ -139,13 +139,13 @@ pub struct Start {
     pub rng: Rng,
 }
 
-impl Start {
+impl CameraPathStart {
     /// At the eye, through a pixel, by the numbers of a stream.
     #[inline(always)]
-    pub fn new(stream: Stream, pixel: u32, params: &FrameParams) -> Start {
+    pub fn new(stream: Stream, pixel: u32, params: &FrameParams) -> CameraPathStart {
         let mut rng = Rng::new(stream, params.seed, params.film_pixel(pixel), params.frame);
         let ray = camera_ray(params, pixel, &mut rng);
-        Start { ray, cone: RayCone::at_eye(params.pixel_spread), rng }
+        CameraPathStart { ray, cone: RayCone::at_eye(params.pixel_spread), rng }
     }
 }
 
@@ -236,7 +236,7 @@ impl Errand for Collect<'_> {
         Wanted { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::new(self.params) }
     }
     #[inline(always)]
-    fn leave(&mut self, light: &PathLight, _kept: &()) {
+    fn leave(&mut self, light: &CameraPathLight, _kept: &()) {
         self.radiance.write(self.pixel, light.radiance);
         if self.features.has(Features::PARTS) {
             self.prefix.write(self.pixel, light.prefix);
@@ -256,14 +256,14 @@ pub fn camera_path<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Collected {
-    let start = Start::new(Stream::Camera, pixel, params);
+    let start = CameraPathStart::new(Stream::Camera, pixel, params);
     collected(start, CameraSuffix::new(params), params, features, scene, tracer, counters)
 }
 
 /// What a camera path brings home.
 #[inline(always)]
 pub fn collected<T: Tracer, C: Atomics>(
-    start: Start,
+    start: CameraPathStart,
     suffix: CameraSuffix,
     params: &FrameParams,
     features: Features,
@@ -306,7 +306,7 @@ impl Segment {
 /// Follows a camera path from its first ray. Returns its light, and what the observer keeps of it.
 #[inline(always)]
 pub fn follow<T: Tracer, O: PathObserver, C: Atomics>(
-    start: Start,
+    start: CameraPathStart,
     suffix: CameraSuffix,
     params: &FrameParams,
     features: Features,
@@ -314,8 +314,8 @@ pub fn follow<T: Tracer, O: PathObserver, C: Atomics>(
     tracer: &mut T,
     observer: &mut O,
     counters: &mut C,
-) -> (PathLight, O::Kept) {
-    let Start { ray, cone: direct, mut rng } = start;
+) -> (CameraPathLight, O::Kept) {
+    let CameraPathStart { ray, cone: direct, mut rng } = start;
     let mut kept = O::Kept::default();
     let parts = features.has(Features::PARTS);
     let mut next =
@@ -599,7 +599,7 @@ pub fn follow<T: Tracer, O: PathObserver, C: Atomics>(
         light.delta_prefix = light.radiance;
     }
     if !is_finite(light.radiance.element_sum()) {
-        light = PathLight::default();
+        light = CameraPathLight::default();
         counters.add(Counter::NonFinite as u32, 1);
     }
     counters.add(Counter::CameraRays as u32, depth);

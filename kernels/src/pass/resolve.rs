@@ -1,7 +1,7 @@
 //! `resolve`: flux to radiance, L = T a / (pi R^2).
 
 use crate::declare::pass;
-use crate::gather::accumulator::{self, Sum};
+use crate::gather::accumulator::{self, GatheredSum};
 use crate::interface::frame::FrameParams;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::PI;
@@ -21,7 +21,7 @@ pub fn resolve(
     let point = &point_geometry[pixel as usize];
     let mut caustic = Vec3::ZERO;
     if point.exists() {
-        let (sum, _) = Sum::read(accumulator, pixel, params.quantum);
+        let (sum, _) = GatheredSum::read(accumulator, pixel, params.quantum);
         caustic = radiance(point, &point_shading[pixel as usize], sum);
     }
     caustic_radiance.write(pixel, caustic);

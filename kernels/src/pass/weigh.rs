@@ -4,7 +4,7 @@
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
 use crate::declare::pass;
-use crate::gather::accumulator::{self, Sum};
+use crate::gather::accumulator::{self, GatheredSum};
 use crate::interface::frame::{Dispatch, FrameParams, PILOT};
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::seen::PixelSum;
@@ -119,7 +119,7 @@ pub fn weigh_means(
     let point = &point_geometry[pixel as usize];
     if dispatch.level > 0 {
         if point.exists() {
-            let (pilot, _) = Sum::read(accumulator, pixel, params.quantum);
+            let (pilot, _) = GatheredSum::read(accumulator, pixel, params.quantum);
             sum.caustics += mean(radiance(point, &point_shading[pixel as usize], pilot));
         }
         sum.caustic_frames += 1.0 / PILOT as f32;

@@ -6,7 +6,7 @@ use spirv_std::num_traits::Float;
 use crate::interface::features::Features;
 use crate::interface::ray::Hit;
 use crate::interface::scene::SceneTables;
-use crate::math::face::{Face, Normals};
+use crate::math::face::{Face, VertexNormals};
 use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
@@ -24,14 +24,14 @@ pub fn normal_changes(
         return (Vec3::ZERO, Vec3::ZERO);
     }
     let face = Face::new(scene, features, hit.instance, hit.triangle);
-    let normals = Normals::new(scene, features, hit.instance, hit.triangle);
+    let normals = VertexNormals::new(scene, features, hit.instance, hit.triangle);
     let (smooth, side) = (normals.at(hit.u, hit.v), if front { 1.0 } else { -1.0 });
     (change(face, normals, smooth, steps.0) * side, change(face, normals, smooth, steps.1) * side)
 }
 
 /// Change of the normal of the triangle's front, which points along `smooth`.
 #[shared]
-fn change(face: Face, normals: Normals, smooth: Vec3, step: Vec3) -> Vec3 {
+fn change(face: Face, normals: VertexNormals, smooth: Vec3, step: Vec3) -> Vec3 {
     let (edge_b, edge_c) = (face.b - face.a, face.c - face.a);
     let outward = edge_b.cross(edge_c);
     let (length_squared, square) = (smooth.length_squared(), outward.length_squared());

@@ -7,7 +7,7 @@ use crate::interface::features::Features;
 use crate::interface::material::{FLAG_NORMAL_MAP, FLAGS_TEXTURE};
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
-use crate::math::face::{Face, Normals};
+use crate::math::face::{Face, VertexNormals};
 use crate::surface::normal_map;
 use crate::texture::coordinates::coordinates;
 use crate::texture::cut_out::uv;
@@ -63,7 +63,7 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
         moving = scene.instances[hit.instance as usize].moving;
     }
     if features.has(Features::SMOOTH_NORMALS) {
-        let normals = Normals::new(scene, features, hit.instance, hit.triangle);
+        let normals = VertexNormals::new(scene, features, hit.instance, hit.triangle);
         if features.has(Features::INSTANCES) && hit.instance != 0 && curvature != 0.0 {
             curvature = normals.curvature(&face);
         }

@@ -10,7 +10,7 @@ use caustics_kernels::light::aimed::{Aimed, BY_POWER};
 use caustics_kernels::light::density_map::{Node, from_polar};
 use caustics_kernels::light::emission_cone::EmissionCone;
 use caustics_kernels::light::emit::{EmissionSample, Emit};
-use caustics_kernels::light::guided::{EVENLY, Guided, KNOWN, Map, map_count};
+use caustics_kernels::light::guided::{EVENLY, Guided, GuidingPyramid, KNOWN, map_count};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::chi_square::{Fit, SphereCells};
 use caustics_tests::direct::World;
@@ -88,12 +88,12 @@ impl Maps {
     /// Texels by their map and index, shares by their map; both are scaled to what they must be.
     fn new(world: &World<'_>, texel: impl Fn(u32, u32) -> f32, share: impl Fn(u32) -> f32) -> Maps {
         let count = map_count(&world.params);
-        let mut pyramid = vec![0.0f32; (count * Map::NODES) as usize];
-        for level in 0..=Map::TOP {
-            for index in 0..Map::count(level, count) {
-                let Node { slot, below } = Map::node(level, index);
+        let mut pyramid = vec![0.0f32; (count * GuidingPyramid::NODES) as usize];
+        for level in 0..=GuidingPyramid::TOP {
+            for index in 0..GuidingPyramid::count(level, count) {
+                let Node { slot, below } = GuidingPyramid::node(level, index);
                 pyramid[slot as usize] = match level {
-                    0 => texel(index / Map::TEXELS, index % Map::TEXELS),
+                    0 => texel(index / GuidingPyramid::TEXELS, index % GuidingPyramid::TEXELS),
                     _ => below.map(|child| pyramid[child as usize]).iter().sum(),
                 };
             }
@@ -101,8 +101,8 @@ impl Maps {
         let total: f32 = (0..count).map(&share).sum();
         let mut below = 0.0;
         let maps = (0..count).map(|map| {
-            let (share, sum) = (share(map) / total, Map::total(&pyramid, map));
-            let scale = if sum > 0.0 { Map::TEXELS as f32 / sum } else { 0.0 };
+            let (share, sum) = (share(map) / total, GuidingPyramid::total(&pyramid, map));
+            let scale = if sum > 0.0 { GuidingPyramid::TEXELS as f32 / sum } else { 0.0 };
             below += share;
             GuideMap { below: below - share, share, unit: 1.0, scale }
         });
@@ -139,8 +139,8 @@ impl Maps {
                 closed_even += even;
                 closed_known += known;
             } else if cone.holds(direction) {
-                let texel = Map::texel_at(from_polar(cone.polar(&light, direction)));
-                let value = self.pyramid[caster * Map::NODES as usize + texel as usize];
+                let texel = GuidingPyramid::texel_at(from_polar(cone.polar(&light, direction)));
+                let value = self.pyramid[caster * GuidingPyramid::NODES as usize + texel as usize];
                 if caster == casters.count as usize {
                     even += closed_even;
                     known += closed_known;
@@ -214,7 +214,9 @@ fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
             // At borders of texels a direction may fall to either side.
             off += u32::from((f64::from(emission.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
             inverse.push(f64::from(emission.flux.x) / 3.0);
-            assert!(emission.score > 0.0 && emission.texel < map_count(&world.params) * Map::TEXELS);
+            assert!(
+                emission.score > 0.0 && emission.texel < map_count(&world.params) * GuidingPyramid::TEXELS
+            );
         }
         assert!(off < 100, "{off} starts carry another flux");
         let sphere = Mean::from_samples(&inverse);

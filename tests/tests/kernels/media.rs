@@ -16,7 +16,7 @@ use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
-use caustics_kernels::pass::collect::{CameraSuffix, Start};
+use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix};
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::{collect, shoot};
 use caustics_kernels::surface::media::MediaStack;
@@ -235,7 +235,7 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
             let rng = Rng::new(Stream::Reference, 6, attempt, index);
             let cone = RayCone::at_eye(0.001);
             let path = collect::collected(
-                Start { ray: back, cone, rng },
+                CameraPathStart { ray: back, cone, rng },
                 CameraSuffix::new(&world.params),
                 &world.params,
                 world.features,

@@ -1,7 +1,7 @@
 //! O10: the energy ledger. What lights emit is absorbed, escapes, is cut by the paths' length, or is lost where shading
 //! normals are not the faces'; what is absorbed is computed apart from what the sampled paths leave over.
 
-use caustics::energy::Energy;
+use caustics::energy::EnergyLedger;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
@@ -30,7 +30,7 @@ fn settings(max_bounces: u32) -> Settings {
 }
 
 /// Ledgers of a scene's own lights.
-fn scene_ledgers(scene: &Scene, max_bounces: u32, frames: u32) -> Vec<Energy> {
+fn scene_ledgers(scene: &Scene, max_bounces: u32, frames: u32) -> Vec<EnergyLedger> {
     let world = World::new(scene, &settings(max_bounces));
     ledgers(&world, &world.by_power(), 0..frames)
 }
@@ -185,7 +185,7 @@ fn rooms_balance(caustics: Caustics, names: &[&str], max_frames: u32, bound: f64
     for (name, scene) in rooms.into_iter().filter(|(name, _)| names.is_empty() || names.contains(name)) {
         let world = World::new(&scene, &Settings { caustics, ..settings(10) });
         let more = |frames| ledgers(&world, &world.by_power(), frames);
-        let residual = |all: &[Energy]| share(all, |e| e.residual * e.emitted);
+        let residual = |all: &[EnergyLedger]| share(all, |e| e.residual * e.emitted);
         let mut frames = max_frames.min(64);
         let mut all = more(0..frames);
         while frames < max_frames && 3.0 * residual(&all).error > bound {
@@ -328,7 +328,7 @@ fn endless_total_reflection_ends_and_is_counted_as_cut() {
 }
 
 /// Energies and the caustic image of a frame through a session.
-fn session(choice: &RunnerChoice, scene: &Scene, features: Features) -> (Energy, Vec<Vec3>) {
+fn session(choice: &RunnerChoice, scene: &Scene, features: Features) -> (EnergyLedger, Vec<Vec3>) {
     let settings = Settings { width: 48, height: 27, ..settings(6) };
     let gather = variant::find("photons-grid").unwrap();
     let mut session =
@@ -351,7 +351,7 @@ fn the_ledger_is_deterministic_and_disturbs_nothing() {
     let world = World::new(&scene, &settings);
     assert_eq!(one.0, ledger(&world, &world.by_power(), 3));
     let without = session(&RunnerChoice::Cpu { threads: 2 }, &scene, features);
-    assert_eq!(without.0, Energy::default());
+    assert_eq!(without.0, EnergyLedger::default());
     assert!(without.1 == one.1 && one.1.iter().any(|value| *value != Vec3::ZERO));
 }
 
@@ -366,7 +366,7 @@ fn ledgers_of_cpu_and_gpu_agree() {
         let (gpu, _) = session(&gpu.choice(hardware), &scene, features);
         println!("CPU {cpu:?}\nGPU {gpu:?}");
         let parts =
-            |e: &Energy| [e.emitted, e.absorbed, e.escaped, e.cut, e.shading_normals, e.left_to_camera];
+            |e: &EnergyLedger| [e.emitted, e.absorbed, e.escaped, e.cut, e.shading_normals, e.left_to_camera];
         for (a, b) in parts(&cpu).iter().zip(parts(&gpu)) {
             assert!((a - b).abs() < 2e-3 * cpu.emitted, "{a} {b}");
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use caustics::scene::{CameraChoice, CameraEdit, Edits, Key, LoadOptions, NodeEdit, Scene, SceneError};
+use caustics::scene::{CameraChoice, CameraEdit, Edits, Keyframe, LoadOptions, NodeEdit, Scene, SceneError};
 use caustics::scene::{DefaultLight, Recorded, Staging};
 use caustics::session::RunnerChoice;
 use caustics::settings::Settings;
@@ -350,7 +350,7 @@ fn keys_move_nodes_and_the_camera() {
     let mut scene = load(still(), &[ARM, MIRROR]).unwrap();
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let camera = |x: f64, fov: f64| CameraEdit { from: [x, 0.0, 5.0], look_at: [0.0, x, 0.0], fov };
-    let key = |time: f64, nodes, camera| Key { time, camera, nodes };
+    let key = |time: f64, nodes, camera| Keyframe { time, camera, nodes };
     let arm = |rotation| NodeEdit { node: ARM, rotation: Some(rotation), ..NodeEdit::default() };
     let mirror = |x| NodeEdit { node: MIRROR, translation: Some([x, 0.0, 1.0]), ..NodeEdit::default() };
     let edits = Edits {

@@ -8,7 +8,7 @@ use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::path::MAX_FRAMES;
 use caustics_kernels::interface::choice::{PathHistory, Sampler};
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
-use caustics_kernels::interface::history::{HistoryPoint, PathLight, Retraced};
+use caustics_kernels::interface::history::{HistoryPoint, PathHistoryLight, Retraced};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::method::basic::BASIC;
 use caustics_tests::frames::sums;
@@ -110,7 +110,7 @@ fn what_rests_is_found_again_to_the_bit() {
         assert!(retraced.iter().all(|path| path.before == path.now));
         let max_frames: Vec<Vec2> = session.read("path_max_frames").expect("what blocks allow");
         assert!(max_frames.iter().all(|frames| *frames == Vec2::splat(MAX_FRAMES)));
-        let light: Vec<PathLight> = session.read("path_light").expect("a history");
+        let light: Vec<PathHistoryLight> = session.read("path_light").expect("a history");
         let long = light.iter().filter(|light| light.direct_samples > 3.0).count();
         assert!(long > light.len() / 2, "{long} of {} pixels have a history", light.len());
     }

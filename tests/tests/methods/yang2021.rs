@@ -10,7 +10,7 @@ use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::ray::Ray;
-use caustics_kernels::math::differential::{Differential, Normals};
+use caustics_kernels::math::differential::{Differential, NormalDerivatives};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::progressive::PROGRESSIVE;
@@ -239,7 +239,7 @@ fn a_map_that_is_restored_goes_on() {
 fn a_plane_mirror_keeps_differentials() {
     let direction = Vec3::new(0.6, -0.8, 0.0);
     let start = Differential::at_light(direction, 1.0e-4, 0.0);
-    let normals = Normals { normal: Vec3::Y, ..Normals::default() };
+    let normals = NormalDerivatives { normal: Vec3::Y, ..NormalDerivatives::default() };
     let mirrored = Vec3::new(0.6, 0.8, 0.0);
     let end = start
         .transfer(direction, 2.0, Vec3::Y)
@@ -257,7 +257,7 @@ fn a_plane_mirror_keeps_differentials() {
 #[test]
 fn a_plane_of_glass_moves_the_source_away() {
     let (n, above, below) = (1.5, 2.0, 1.2);
-    let normals = Normals { normal: Vec3::Y, ..Normals::default() };
+    let normals = NormalDerivatives { normal: Vec3::Y, ..NormalDerivatives::default() };
     let end = Differential::at_light(Vec3::NEG_Y, 1.0e-6, 0.0)
         .transfer(Vec3::NEG_Y, above, Vec3::Y)
         .refract(Vec3::NEG_Y, Vec3::NEG_Y, normals, 1.0 / n)
@@ -280,7 +280,8 @@ fn the_area_vanishes_in_a_parabolas_focus() {
             let change = Vec3::new(-step.x, 0.0, -step.z) / (2.0 * focal);
             (change - normal * normal.dot(change)) / steep.length()
         };
-        let normals = Normals { normal, by_u: turn(arriving.position_u), by_v: turn(arriving.position_v) };
+        let normals =
+            NormalDerivatives { normal, by_u: turn(arriving.position_u), by_v: turn(arriving.position_v) };
         let direction = Vec3::NEG_Y - normal * (2.0 * normal.dot(Vec3::NEG_Y));
         let reflected = arriving.reflect(Vec3::NEG_Y, normals);
         let distance = (Vec3::Y * focal - position).length();
@@ -315,7 +316,7 @@ fn differentials_are_differences_of_neighbours_through_a_ball() {
         let (enter, inside, leave, out, end) = path(direction);
         let start = Differential::at_light(direction.as_vec3(), 1.0, 0.0);
         let f = |v: DVec3| v.as_vec3();
-        let at = |differential: &Differential, normal: DVec3, side: f32| Normals {
+        let at = |differential: &Differential, normal: DVec3, side: f32| NormalDerivatives {
             normal: f(normal),
             by_u: differential.position_u * side,
             by_v: differential.position_v * side,

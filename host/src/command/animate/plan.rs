@@ -28,7 +28,7 @@ use crate::command::options::{check_fps, check_scene_files, duration, settings};
 const MAX_FRAMES: f64 = 1e6;
 
 /// What is to be rendered.
-pub struct Plan {
+pub struct AnimationPlan {
     /// The settings, with history and filter.
     pub settings: Settings,
     /// How to render.
@@ -51,9 +51,9 @@ pub struct Plan {
     pub pngs: bool,
 }
 
-impl Plan {
+impl AnimationPlan {
     /// Checks what no type can, but for the frames.
-    pub fn new(options: &Animate) -> anyhow::Result<Plan> {
+    pub fn new(options: &Animate) -> anyhow::Result<AnimationPlan> {
         let Animate { common, axes, fps, .. } = options;
         let is_live = common.tev.is_some() || common.refresh.is_some();
         if common.png.is_some() || common.resume || common.no_ledger || is_live {
@@ -81,7 +81,7 @@ impl Plan {
         }
         let settings = settings(&common.view, &cell, 1)?.for_method(cell.method);
         let settings = Settings { auxiliary: !common.aov.is_empty(), ..settings };
-        let mut plan = Plan {
+        let mut plan = AnimationPlan {
             settings,
             cell,
             pattern: Pattern::parse(&common.output)?,
@@ -141,7 +141,7 @@ impl Plan {
 
     /// The file of what outlives its frame: each shard has one of its own.
     pub fn state(&self) -> PathBuf {
-        let Plan { pattern, shard, .. } = self;
+        let AnimationPlan { pattern, shard, .. } = self;
         pattern.whole(&if shard.is_part() { format!("{}.state", shard.name()) } else { "state".into() })
     }
 

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 /// A frame that was rendered.
 #[derive(Clone, Debug, Serialize)]
-pub struct Record {
+pub struct RenderedFrame {
     /// Its index.
     pub frame: u32,
     /// What it shows (s).
@@ -24,24 +24,24 @@ pub struct Record {
     pub counters: Counters,
 }
 
-impl Record {
+impl RenderedFrame {
     /// Of a frame's measures.
     pub fn new(
         (frame, time_s, written): (u32, f64, bool),
         wall: Duration,
         times: &[StepTime],
         counters: Counters,
-    ) -> Record {
+    ) -> RenderedFrame {
         let mut pass_ms = BTreeMap::new();
         for step in times {
             *pass_ms.entry(step.pass.clone()).or_default() += ms(step.time);
         }
-        Record { frame, time_s, written, total_ms: ms(wall), pass_ms, counters }
+        RenderedFrame { frame, time_s, written, total_ms: ms(wall), pass_ms, counters }
     }
 }
 
 /// Of all frames: the sums of their counters, and the mean of their times (ms).
-pub fn sums(records: &[Record]) -> (Counters, f64) {
+pub fn sums(records: &[RenderedFrame]) -> (Counters, f64) {
     let mut counters = Counters::default();
     for record in records {
         counters.add(&record.counters);

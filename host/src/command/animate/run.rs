@@ -12,9 +12,9 @@ use caustics::scene::Scene;
 use caustics::session::Session;
 
 use super::kept::{self, refusal};
-use super::plan::Plan;
-use super::record::Record;
-use super::state::{self, State};
+use super::plan::AnimationPlan;
+use super::record::RenderedFrame;
+use super::state::{self, AnimationState};
 use crate::command::aov;
 use crate::command::bar::bar;
 use crate::command::checkpoint_writer::CheckpointWriter;
@@ -22,7 +22,7 @@ use crate::command::checkpoint_writer::CheckpointWriter;
 /// An animation in the making.
 pub struct Run {
     /// What is to be rendered.
-    pub plan: Plan,
+    pub plan: AnimationPlan,
     /// What is seen.
     pub scene: Scene,
     /// Name of the camera.
@@ -77,7 +77,7 @@ impl Run {
             return Ok(missing.to_vec());
         };
         let mut begin = self.plan.frames.start;
-        if let Some(state) = State::load(&path)? {
+        if let Some(state) = AnimationState::load(&path)? {
             if let Some(other) = difference(&self.identity, &state.identity) {
                 return Err(refusal(&path.display().to_string(), &other).into());
             }
@@ -97,11 +97,11 @@ impl Run {
         &mut self,
         missing: &[u32],
         is_interrupted: &dyn Fn() -> bool,
-    ) -> anyhow::Result<(Vec<Record>, bool)> {
+    ) -> anyhow::Result<(Vec<RenderedFrame>, bool)> {
         let frames = self.begin(missing)?;
         let path = self.plan.state();
         let bar = bar();
-        let mut records: Vec<Record> = Vec::with_capacity(frames.len());
+        let mut records: Vec<RenderedFrame> = Vec::with_capacity(frames.len());
         let mut saved = Instant::now();
         for (done, &frame) in frames.iter().enumerate() {
             bar.set_position(bar.length().unwrap_or(1) * done as u64 / frames.len() as u64);
@@ -123,7 +123,7 @@ impl Run {
             let wall = start.elapsed();
             let written = missing.binary_search(&frame).is_ok();
             let of = (frame, self.plan.time_of(frame), written);
-            records.push(Record::new(of, wall, &times, self.session.counters()?));
+            records.push(RenderedFrame::new(of, wall, &times, self.session.counters()?));
             if written {
                 self.write(frame)?;
             }
@@ -131,8 +131,8 @@ impl Run {
         bar.finish_and_clear();
         // A state beyond the range is that of a longer run, which may go on.
         let end = self.plan.frames.end;
-        let is_used = |state: State| state.frame < end && state.identity == self.identity;
-        if State::load(&path).ok().flatten().is_some_and(is_used) {
+        let is_used = |state: AnimationState| state.frame < end && state.identity == self.identity;
+        if AnimationState::load(&path).ok().flatten().is_some_and(is_used) {
             remove(&path)?;
         }
         Ok((records, true))
@@ -140,7 +140,7 @@ impl Run {
 
     fn save(&mut self, frame: u32, path: &std::path::Path) -> anyhow::Result<()> {
         let buffers = self.session.state()?.into_iter().map(|(name, bytes)| (name.to_string(), bytes));
-        State { identity: self.identity.clone(), frame, buffers: buffers.collect() }.save(path)
+        AnimationState { identity: self.identity.clone(), frame, buffers: buffers.collect() }.save(path)
     }
 
     /// Writes the frame at hand.

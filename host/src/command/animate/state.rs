@@ -28,7 +28,7 @@ struct Head {
 
 /// What frames up to one leave to the next.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct State {
+pub struct AnimationState {
     /// All that decides its bits.
     pub identity: Identity,
     /// The last frame in it.
@@ -37,7 +37,7 @@ pub struct State {
     pub buffers: Vec<(String, Vec<u8>)>,
 }
 
-impl State {
+impl AnimationState {
     /// Writes it; an older one is replaced at once, or stays whole.
     pub fn save(&self, path: &Path) -> anyhow::Result<()> {
         let buffers = self.buffers.iter().map(|(name, bytes)| (name.clone(), bytes.len())).collect();
@@ -51,17 +51,17 @@ impl State {
     }
 
     /// Reads it; none where there is none.
-    pub fn load(path: &Path) -> anyhow::Result<Option<State>> {
+    pub fn load(path: &Path) -> anyhow::Result<Option<AnimationState>> {
         if !path.exists() {
             return Ok(None);
         }
         let file = read_file(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let state = State::parse(&file);
+        let state = AnimationState::parse(&file);
         Ok(Some(state.map_err(|why| Usage(format!("{}: the state {why}", path.display())))?))
     }
 
     /// The same from the bytes of a file.
-    fn parse(file: &[u8]) -> Result<State, Unusable> {
+    fn parse(file: &[u8]) -> Result<AnimationState, Unusable> {
         // Its buffers are there twice for a while.
         memory::check(file.len() as u64).map_err(Unusable::Memory)?;
         let (head, mut rest) = sealed::open::<Head>(KIND, file)?;
@@ -75,7 +75,7 @@ impl State {
         if !rest.is_empty() {
             return Err(Unusable::damaged("there is more behind its buffers"));
         }
-        Ok(State { identity: head.identity, frame: head.frame, buffers })
+        Ok(AnimationState { identity: head.identity, frame: head.frame, buffers })
     }
 }
 
@@ -97,18 +97,19 @@ mod tests {
     fn what_is_saved_is_loaded_and_damaged_files_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.state");
-        assert_eq!(State::load(&path).unwrap(), None);
+        assert_eq!(AnimationState::load(&path).unwrap(), None);
         let buffers = vec![("reprojected".to_string(), vec![1, 10, 3]), ("mean".to_string(), vec![0; 5])];
-        let state = State { identity: Identity::from([("fps".into(), "24".into())]), frame: 7, buffers };
+        let state =
+            AnimationState { identity: Identity::from([("fps".into(), "24".into())]), frame: 7, buffers };
         state.save(&path).unwrap();
-        assert_eq!(State::load(&path).unwrap(), Some(state));
+        assert_eq!(AnimationState::load(&path).unwrap(), Some(state));
         let whole = std::fs::read(&path).unwrap();
         let long = [&whole[..], b"x"].concat();
         let mut flipped = whole.clone();
         flipped[whole.len() - 5] ^= 1;
         for file in [&whole[..whole.len() - 1], &whole[..10], &long, &flipped] {
             std::fs::write(&path, file).unwrap();
-            let error = State::load(&path).unwrap_err().to_string();
+            let error = AnimationState::load(&path).unwrap_err().to_string();
             assert!(error.contains("a.state: the state is damaged"), "{error}");
         }
         // The checksum is right, the sizes are not.
@@ -116,7 +117,7 @@ mod tests {
             let head =
                 Head { identity: Identity::new(), frame: 0, buffers: vec![("reprojected".into(), size)] };
             let file = sealed::seal(KIND, &head, |bytes| bytes.extend([0; 8])).unwrap();
-            assert!(matches!(State::parse(&file), Err(Unusable::Damaged(_))), "{size}");
+            assert!(matches!(AnimationState::parse(&file), Err(Unusable::Damaged(_))), "{size}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The figures that most drivers tell, under the names that each has for them.
 
-use caustics::vulkan::executable::{Executable, Value};
+use caustics::vulkan::executable::{Executable, StatisticValue};
 use serde::Serialize;
 
 /// What a program costs. Of several programs of one pipeline the worst; none where the driver does not tell.
@@ -33,9 +33,9 @@ impl Figures {
             let statistics = executables.iter().flat_map(|executable| &executable.statistics);
             let known = statistics.filter(|s| names.iter().any(|name| name.eq_ignore_ascii_case(&s.name)));
             let count = |value| match value {
-                Value::Count(count) => Some(count),
-                Value::Integer(count) => u64::try_from(count).ok(),
-                Value::Flag(_) | Value::Number(_) => None,
+                StatisticValue::Count(count) => Some(count),
+                StatisticValue::Integer(count) => u64::try_from(count).ok(),
+                StatisticValue::Flag(_) | StatisticValue::Number(_) => None,
             };
             known.filter_map(|statistic| count(statistic.value)).collect()
         };
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
     use caustics::vulkan::executable::Statistic;
 
-    fn executable(statistics: &[(&str, Value)]) -> Executable {
+    fn executable(statistics: &[(&str, StatisticValue)]) -> Executable {
         let statistics =
             statistics.iter().map(|&(name, value)| Statistic { name: name.into(), value }).collect();
         Executable { name: "compute".into(), subgroup_size: 32, statistics }
@@ -65,13 +65,13 @@ mod tests {
     #[test]
     fn known_names_are_read_and_others_left() {
         let radv = executable(&[
-            ("SGPRs", Value::Count(128)),
-            ("VGPRs", Value::Count(144)),
-            ("Spilled VGPRs", Value::Count(0)),
-            ("Scratch size", Value::Count(16384)),
-            ("Subgroups per SIMD", Value::Count(7)),
-            ("Code size", Value::Count(51234)),
-            ("Latency", Value::Number(0.5)),
+            ("SGPRs", StatisticValue::Count(128)),
+            ("VGPRs", StatisticValue::Count(144)),
+            ("Spilled VGPRs", StatisticValue::Count(0)),
+            ("Scratch size", StatisticValue::Count(16384)),
+            ("Subgroups per SIMD", StatisticValue::Count(7)),
+            ("Code size", StatisticValue::Count(51234)),
+            ("Latency", StatisticValue::Number(0.5)),
         ]);
         let figures = Figures {
             registers: Some(144),
@@ -82,18 +82,23 @@ mod tests {
         };
         assert_eq!(Figures::from_executables(&[radv]), figures);
         assert_eq!(Figures::from_executables(&[]), Figures::default());
-        let nvidia = executable(&[("Local Memory Size", Value::Count((1 << 36) + 2160))]);
+        let nvidia = executable(&[("Local Memory Size", StatisticValue::Count((1 << 36) + 2160))]);
         assert_eq!(Figures::from_executables(&[nvidia]).scratch_bytes, Some(2160));
-        let odd = executable(&[("VGPRs", Value::Integer(-1)), ("Code size", Value::Flag(true))]);
+        let odd =
+            executable(&[("VGPRs", StatisticValue::Integer(-1)), ("Code size", StatisticValue::Flag(true))]);
         assert_eq!(Figures::from_executables(&[odd]), Figures::default());
     }
 
     #[test]
     fn of_several_programs_the_worst_counts() {
-        let wide =
-            executable(&[("Register Count", Value::Integer(64)), ("Subgroups per SIMD", Value::Count(8))]);
-        let narrow =
-            executable(&[("Register Count", Value::Integer(96)), ("Subgroups per SIMD", Value::Count(5))]);
+        let wide = executable(&[
+            ("Register Count", StatisticValue::Integer(64)),
+            ("Subgroups per SIMD", StatisticValue::Count(8)),
+        ]);
+        let narrow = executable(&[
+            ("Register Count", StatisticValue::Integer(96)),
+            ("Subgroups per SIMD", StatisticValue::Count(5)),
+        ]);
         let figures = Figures::from_executables(&[wide, narrow]);
         assert_eq!((figures.registers, figures.waves), (Some(96), Some(5)));
     }

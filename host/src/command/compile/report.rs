@@ -10,7 +10,7 @@ use super::one::Compiled;
 
 /// An entry point to compile.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Job {
+pub struct CompileJob {
     pub module: &'static str,
     pub entry: String,
     /// Whose needs these are.
@@ -22,7 +22,7 @@ pub struct Job {
 #[derive(Clone, Debug, Serialize)]
 pub struct EntryPointRecord {
     #[serde(flatten)]
-    pub job: Job,
+    pub job: CompileJob,
     #[serde(flatten)]
     pub figures: Figures,
     #[serde(flatten)]
@@ -33,7 +33,7 @@ pub struct EntryPointRecord {
 
 /// All that is printed.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct CompileReport {
     pub device: DeviceInfo,
     /// Names of the modules and their hashes, as in `kernels.lock`.
     pub modules: Vec<(&'static str, String)>,
@@ -41,7 +41,7 @@ pub struct Report {
 }
 
 /// Columns, failures and a last line.
-pub fn text(report: &Report) -> String {
+pub fn text(report: &CompileReport) -> String {
     let device = &report.device;
     let mut out = format!("{} ({})\n", device.name, device.driver);
     for (name, hash) in &report.modules {
@@ -123,12 +123,17 @@ mod tests {
     #[test]
     fn a_table_has_a_line_for_each_entry_point_and_no_time() {
         let record = |entry: &str, registers, compile_ms| EntryPointRecord {
-            job: Job { module: "base.spv", entry: entry.into(), features: "all".into(), feature_bits: 7 },
+            job: CompileJob {
+                module: "base.spv",
+                entry: entry.into(),
+                features: "all".into(),
+                feature_bits: 7,
+            },
             figures: Figures { registers, ..Figures::default() },
             compiled: Some(Compiled { compile_ms, executables: vec![] }),
             error: None,
         };
-        let report = |compile_ms| Report {
+        let report = |compile_ms| CompileReport {
             device: test_device(),
             modules: vec![("base.spv", "0123456789abcdef".into())],
             entry_points: vec![record("collect", Some(144), compile_ms), record("display", None, compile_ms)],

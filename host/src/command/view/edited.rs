@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use caustics::scene::{CameraChoice, CameraEdit, Edits, Eye, FileNode, Key, Scene};
+use caustics::scene::{CameraChoice, CameraEdit, Edits, Eye, FileNode, Keyframe, Scene};
 use glam::DAffine3;
 use serde::Serialize;
 
@@ -17,7 +17,7 @@ pub struct Edited {
     /// Its file.
     pub file: PathBuf,
     nodes: NodeEdits,
-    keys: Vec<Key>,
+    keys: Vec<Keyframe>,
 }
 
 /// Description of a node for a page.
@@ -75,7 +75,7 @@ impl Edited {
     }
 
     /// The same with the keys of a recording in place of those that there were.
-    pub fn recorded(&self, keys: Vec<Key>) -> Edits {
+    pub fn recorded(&self, keys: Vec<Keyframe>) -> Edits {
         Edits { camera: None, nodes: self.nodes.values().cloned().collect(), keys }
     }
 

@@ -15,14 +15,14 @@ use caustics_kernels::method::path::PATH;
 
 use super::distance::Distance;
 use super::edited::{Edited, camera_edit};
-use super::look::{Layer, Shown, suiting};
+use super::look::{DisplayedImage, Layer, suiting};
 use super::pace::Pace;
 use super::recording::Recording;
 use super::render_job::{JobConfiguration, RenderJob};
 use super::request::{Against, ViewRequest, still};
 use super::save;
 use super::share::Share;
-use super::shared::{Frame, Next, Shared};
+use super::shared::{Next, PageFrame, Shared};
 use super::status::{self, Status};
 use crate::cli::Viewer;
 use crate::command::console::error_chain;
@@ -250,7 +250,7 @@ impl<'a> Engine<'a> {
         self.pace.learn(size, took);
         self.record(request);
         let job = self.moving.as_mut().context("a session was opened")?;
-        let shown = Shown { image: job.opened.session.image()?, ..Shown::default() };
+        let shown = DisplayedImage { image: job.opened.session.image()?, ..DisplayedImage::default() };
         self.show(0, 1, true, request.at, shown);
         self.send_status(request, None);
         Ok(())
@@ -352,13 +352,13 @@ impl<'a> Engine<'a> {
     }
 
     /// Hands an image to the pages.
-    fn show(&mut self, side: usize, samples: u32, moves: bool, at: f64, mut shown: Shown) {
+    fn show(&mut self, side: usize, samples: u32, moves: bool, at: f64, mut shown: DisplayedImage) {
         if side == 0 {
             self.suits = Some(suiting(&shown.image, self.suits));
         }
         shown.suits = self.suits.unwrap_or_default();
         self.serial += 1;
-        let frame = Frame { serial: self.serial, samples, moves, at, shown };
+        let frame = PageFrame { serial: self.serial, samples, moves, at, shown };
         self.shared.frames[side].send_replace(Some(Arc::new(frame)));
     }
 

@@ -52,7 +52,7 @@ pub struct Look {
 
 /// An image that is to be shown.
 #[derive(Clone, Debug, Default)]
-pub struct Shown {
+pub struct DisplayedImage {
     /// Its layers.
     pub image: RenderedImage,
     /// Variance of the mean of all radiance; empty where nobody knows it.
@@ -97,7 +97,7 @@ impl Look {
     }
 
     /// The image as it is shown.
-    pub fn to_raster(&self, shown: &Shown) -> Raster {
+    pub fn to_raster(&self, shown: &DisplayedImage) -> Raster {
         let image = &shown.image;
         let mut raster =
             Raster { width: image.width as u32, height: image.height as u32, ..Raster::default() };
@@ -122,7 +122,7 @@ fn or_black(layer: &[Vec3], image: &RenderedImage) -> Vec<Vec3> {
 }
 
 /// Standard error of the mean luminance over the mean.
-fn relative_errors(shown: &Shown) -> Vec<f32> {
+fn relative_errors(shown: &DisplayedImage) -> Vec<f32> {
     let relative = |(mean, variance): (Vec3, &Vec3)| {
         let mean = mean.element_sum() / 3.0;
         if mean > 0.0 { (variance.element_sum() / 3.0).sqrt() / mean } else { 0.0 }
@@ -184,10 +184,10 @@ impl ToneMap {
 mod tests {
     use super::*;
 
-    fn shown(path: Vec<Vec3>) -> Shown {
+    fn shown(path: Vec<Vec3>) -> DisplayedImage {
         let photons = (0..path.len()).map(|pixel| pixel as f32).collect();
         let image = RenderedImage { width: path.len(), height: 1, path, photons, ..RenderedImage::default() };
-        Shown { image, variance: Vec::new(), suits: 0.0 }
+        DisplayedImage { image, variance: Vec::new(), suits: 0.0 }
     }
 
     #[test]

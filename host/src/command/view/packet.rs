@@ -8,10 +8,10 @@ use serde_json::json;
 
 use super::line::Format;
 use super::look::{Look, Raster};
-use super::shared::Frame;
+use super::shared::PageFrame;
 
 /// An image as it is sent: the length of a head in four bytes, the head in JSON, the bytes of the image.
-pub fn packet(frame: &Frame, side: usize, look: Look, format: Format) -> Vec<u8> {
+pub fn packet(frame: &PageFrame, side: usize, look: Look, format: Format) -> Vec<u8> {
     let start = Instant::now();
     let raster = look.to_raster(&frame.shown);
     let (kind, bytes) = encoded(&raster, format);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use caustics::scene::{CameraEdit, Key, NodeEdit};
+use caustics::scene::{CameraEdit, Keyframe, NodeEdit};
 
 use super::request::NodeEdits;
 
@@ -29,7 +29,7 @@ struct HeldNode {
 /// Keys of what moves.
 #[derive(Debug, Default)]
 pub struct Recording {
-    keys: Vec<Key>,
+    keys: Vec<Keyframe>,
     nodes: BTreeMap<usize, HeldNode>,
     camera: Option<Held<CameraEdit>>,
     /// Time of the last frame (s).
@@ -79,7 +79,7 @@ impl Recording {
     }
 
     /// The keys; the last one is that of the last frame.
-    pub fn keys(&self) -> Vec<Key> {
+    pub fn keys(&self) -> Vec<Keyframe> {
         let mut keys = self.keys.clone();
         if self.rests() {
             let mut end = key_at(self.last);
@@ -99,8 +99,8 @@ impl Recording {
     }
 }
 
-fn key_at(time: f64) -> Key {
-    Key { time, camera: None, nodes: Vec::new() }
+fn key_at(time: f64) -> Keyframe {
+    Keyframe { time, camera: None, nodes: Vec::new() }
 }
 
 fn edit_of(node: usize) -> NodeEdit {
@@ -121,7 +121,7 @@ fn changed<T: Copy + PartialEq>(
     [before, Some(value)]
 }
 
-fn values(key: &Key) -> usize {
+fn values(key: &Keyframe) -> usize {
     let of_node = |edit: &NodeEdit| -> usize {
         [edit.translation.is_some(), edit.rotation.is_some(), edit.scale.is_some()]
             .map(usize::from)
@@ -132,7 +132,7 @@ fn values(key: &Key) -> usize {
 }
 
 /// Appends a key that has values, or adds them to those of the last one if that is of the same time.
-fn push(keys: &mut Vec<Key>, mut key: Key) {
+fn push(keys: &mut Vec<Keyframe>, mut key: Keyframe) {
     if values(&key) == 0 {
         return;
     }
@@ -162,8 +162,8 @@ mod tests {
     use super::*;
 
     /// The x of a node at a time, as keys are played: linear between those that have it.
-    fn x_at(keys: &[Key], node: usize, time: f64) -> Option<f64> {
-        let of_key = |key: &Key| {
+    fn x_at(keys: &[Keyframe], node: usize, time: f64) -> Option<f64> {
+        let of_key = |key: &Keyframe| {
             let edit = key.nodes.iter().find(|edit| edit.node == node)?;
             Some((key.time, edit.translation?[0]))
         };
@@ -195,7 +195,7 @@ mod tests {
             }
             let time = 0.25 * f64::from(frame);
             recording.add(time, &nodes, Some(camera(1.0 + late)));
-            frames.push(Key {
+            frames.push(Keyframe {
                 time,
                 camera: Some(camera(1.0 + late)),
                 nodes: nodes.values().cloned().collect(),
@@ -203,7 +203,7 @@ mod tests {
         }
         let keys = recording.keys();
         for node in 1..=3 {
-            for Key { time, .. } in &frames {
+            for Keyframe { time, .. } in &frames {
                 let [played, was] = [&keys, &frames].map(|keys| x_at(keys, node, *time));
                 assert_eq!(played, was, "node {node} at {time} s");
             }

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use caustics::accumulation::{Accumulation, BATCHES};
-use caustics::energy::Energy;
+use caustics::energy::EnergyLedger;
 use caustics::experiment::cell::Cell;
 use caustics::runner::RunError;
 use caustics::scene::{Scene, SceneCamera};
@@ -13,12 +13,12 @@ use caustics::session::SessionError;
 use caustics::settings::Settings;
 use caustics_kernels::interface::features::Features;
 
-use super::look::{Layer, Shown};
+use super::look::{DisplayedImage, Layer};
 use super::share::Share;
-use crate::cli::{Machine, View};
+use crate::cli::{ImageOptions, Machine};
 use crate::command::opened::{Opened, opened};
 use crate::command::options;
-use crate::command::report::Report;
+use crate::command::report::RunReport;
 
 /// Estimating the error takes at most one part in so many of the time.
 const ESTIMATES: u32 = 16;
@@ -44,11 +44,11 @@ impl JobConfiguration {
     }
 
     /// The settings of its frames, as those of `render` are.
-    pub fn settings(&self, view: &View) -> anyhow::Result<Settings> {
+    pub fn settings(&self, view: &ImageOptions) -> anyhow::Result<Settings> {
         let [width, height] = self.size;
         // One frame goes through the centres of its pixels.
         let frames = if self.averages { u32::MAX } else { 1 };
-        let view = View { width, height, ..view.clone() };
+        let view = ImageOptions { width, height, ..view.clone() };
         let settings = options::settings(&view, &self.cell, frames)?.for_method(self.cell.method);
         let batches = if self.averages { BATCHES } else { settings.batches };
         Ok(Settings { batches, ..settings })
@@ -68,7 +68,7 @@ pub struct RenderJob {
     /// Its frames so far.
     pub sums: Accumulation,
     /// Their times and counters.
-    pub report: Report,
+    pub report: RunReport,
     /// Estimated relative mean square error of their mean, as last looked at.
     pub error: f64,
     estimates: Share,
@@ -81,14 +81,14 @@ impl RenderJob {
     pub fn open(
         configuration: JobConfiguration,
         machine: &Machine,
-        view: &View,
+        view: &ImageOptions,
         scene: &Scene,
         camera: &SceneCamera,
     ) -> anyhow::Result<RenderJob> {
         let settings = configuration.settings(view)?;
         let opened = opened(&configuration.cell, machine, scene, camera, &settings, configuration.features)?;
         let sums = Accumulation::in_batches(settings.batches_of_frames());
-        let (report, error) = (Report::default(), f64::INFINITY);
+        let (report, error) = (RunReport::default(), f64::INFINITY);
         let estimates = Share::new(ESTIMATES, Duration::ZERO);
         Ok(RenderJob {
             key: configuration.key(),
@@ -113,7 +113,7 @@ impl RenderJob {
         self.opened.session.pose(scene, camera)?;
         self.opened.session.restart()?;
         self.sums = Accumulation::in_batches(self.settings.batches_of_frames());
-        self.report = Report::default();
+        self.report = RunReport::default();
         self.error = f64::INFINITY;
         self.frames = 0;
         Ok(())
@@ -129,7 +129,7 @@ impl RenderJob {
         };
         let took = start.elapsed();
         self.frames += 1;
-        self.report.add(&times, took, &session.counters()?, Energy::default());
+        self.report.add(&times, took, &session.counters()?, EnergyLedger::default());
         Ok(Some(took))
     }
 
@@ -145,8 +145,8 @@ impl RenderJob {
     }
 
     /// The mean of its frames, with what the layer needs.
-    pub fn mean(&self, layer: Layer) -> Shown {
+    pub fn mean(&self, layer: Layer) -> DisplayedImage {
         let variance = (layer == Layer::Variance).then(|| self.sums.variance()).flatten().unwrap_or_default();
-        Shown { image: self.sums.mean(), variance, ..Shown::default() }
+        DisplayedImage { image: self.sums.mean(), variance, ..DisplayedImage::default() }
     }
 }

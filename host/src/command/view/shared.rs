@@ -9,7 +9,7 @@ use std::time::Duration;
 use caustics::scene::Edits;
 use tokio::sync::{oneshot, watch};
 
-use super::look::{Look, Shown};
+use super::look::{DisplayedImage, Look};
 use super::request::{Message, ViewRequest};
 
 /// Maximum number of unanswered queries of pages.
@@ -17,7 +17,7 @@ const MAX_QUERIES: usize = 8;
 
 /// An image for pages.
 #[derive(Debug)]
-pub struct Frame {
+pub struct PageFrame {
     /// The how manieth of all.
     pub serial: u64,
     /// Frames that it is the mean of.
@@ -27,7 +27,7 @@ pub struct Frame {
     /// When its camera was asked for, by the clock of the page that did.
     pub at: f64,
     /// The image.
-    pub shown: Shown,
+    pub shown: DisplayedImage,
 }
 
 /// A query of a page, which the renderer answers between frames.
@@ -78,7 +78,7 @@ pub struct Shared {
     /// Ends the frame that is rendered, and all that follow.
     pub is_over: Arc<AtomicBool>,
     /// The latest image, and that which it is held against.
-    pub frames: [watch::Sender<Option<Arc<Frame>>>; 2],
+    pub frames: [watch::Sender<Option<Arc<PageFrame>>>; 2],
     /// How images are shown.
     pub look: watch::Sender<Look>,
     /// What the renderer says of itself, in JSON.

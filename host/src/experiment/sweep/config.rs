@@ -49,7 +49,7 @@ pub struct Config {
     pub specular_roughness: f32,
     /// Where in a pixel its rays go.
     #[serde(default)]
-    pub pixel_filter: PixelFilter,
+    pub pixel_filter: PixelFilterConfig,
     /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
     #[serde(default, deserialize_with = "exact::optional")]
     pub background: Option<[f32; 3]>,
@@ -112,7 +112,7 @@ fn one() -> f32 {
 /// Where in a pixel its rays go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum PixelFilter {
+pub enum PixelFilterConfig {
     /// Through its centre.
     #[default]
     Centre,

@@ -16,7 +16,7 @@ type Trial = (u32, f64);
 
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct EqualTimeResult {
     /// Light paths.
     pub paths: u32,
     /// The time that they take (ms).
@@ -25,7 +25,7 @@ pub struct Found {
     pub steps: u32,
 }
 
-impl Found {
+impl EqualTimeResult {
     /// Whether it takes the time asked for.
     pub fn is_met(&self, target_ms: f64) -> bool {
         is_met(self.ms, target_ms)
@@ -55,15 +55,15 @@ pub fn search(
     start: u32,
     max_paths: u32,
     measure: &mut dyn FnMut(u32) -> anyhow::Result<f64>,
-) -> anyhow::Result<Found> {
+) -> anyhow::Result<EqualTimeResult> {
     let mut paths = start.clamp(1, max_paths);
     let (mut below, mut above, mut last): (Option<Trial>, Option<Trial>, Option<Trial>) = (None, None, None);
-    let mut best: Option<Found> = None;
+    let mut best: Option<EqualTimeResult> = None;
     for steps in 1..=MAX_STEPS {
         let ms = measure(paths)?;
         let off = |ms: f64| (ms / target_ms).ln().abs();
         if best.is_none_or(|best| off(ms) < off(best.ms)) {
-            best = Some(Found { paths, ms, steps });
+            best = Some(EqualTimeResult { paths, ms, steps });
         }
         if is_met(ms, target_ms) {
             break;
@@ -126,7 +126,7 @@ pub fn search(
 mod tests {
     use super::*;
 
-    fn find(target: f64, start: u32, max_paths: u32, time: impl Fn(f64, u32) -> f64) -> Found {
+    fn find(target: f64, start: u32, max_paths: u32, time: impl Fn(f64, u32) -> f64) -> EqualTimeResult {
         let mut step = 0;
         let mut measure = |paths| {
             step += 1;

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 
-use super::task::{Sweep, Task, joined};
+use super::task::{SweepContext, Task, joined};
 use crate::experiment::cell::Cell;
 use crate::experiment::error::{FLIP, MEASURES, Measure, RELMSE, mean};
 use crate::experiment::measure::measure;
@@ -20,7 +20,7 @@ use crate::hash::digest;
 /// # Errors
 ///
 /// A frame that fails, a file that cannot be written.
-pub fn measure_error(sweep: &Sweep, task: &Task, cell: &Cell) -> anyhow::Result<bool> {
+pub fn measure_error(sweep: &SweepContext, task: &Task, cell: &Cell) -> anyhow::Result<bool> {
     let plan = task.part.error_plan(sweep.config, cell);
     let (Some(error), Some(plan)) = (&sweep.config.error, &plan) else { return Ok(true) };
     let scene = &task.part.scene;

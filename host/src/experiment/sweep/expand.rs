@@ -8,13 +8,13 @@ use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
 use toml::Spanned;
 
-use super::config::{Config, EnvironmentTable, PixelFilter};
+use super::config::{Config, EnvironmentTable, PixelFilterConfig};
 use super::matrix_table::MatrixTable;
 use crate::experiment::cell::{Cell, Paths};
 use crate::experiment::cell_axes::name_all;
 use crate::experiment::identity::{posed, view};
 use crate::experiment::matrix::{Cells, keep_one_of_each};
-use crate::experiment::plan::{Compared, Plan};
+use crate::experiment::plan::{Compared, MeasurementPlan};
 use crate::hash::digest;
 use crate::scene::{self, EnvironmentMap, Scene, Staged, Staging};
 use crate::session::RunnerChoice;
@@ -25,7 +25,7 @@ const MAX_PARTS: usize = 1000;
 
 /// A scene, a size, and their cells.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub struct SweepPart {
     /// As loaded.
     pub scene: Scene,
     /// Name of the camera.
@@ -44,7 +44,7 @@ pub struct Part {
 #[derive(Clone, Debug, Default)]
 pub struct Expanded {
     /// A part a scene, camera and size.
-    pub parts: Vec<Part>,
+    pub parts: Vec<SweepPart>,
     /// What cannot be, a line each.
     pub skipped: Vec<String>,
 }
@@ -86,14 +86,20 @@ impl Expanded {
                 for argument in &matrix.scene {
                     match known.entry((argument.clone(), format!("{:?}", matrix.camera), timed_size)) {
                         Entry::Occupied(part) => {
-                            let part: &mut Part = &mut all.parts[*part.get()];
+                            let part: &mut SweepPart = &mut all.parts[*part.get()];
                             part.cells.extend(cells.iter().cloned());
                         }
                         Entry::Vacant(vacant) => {
                             vacant.insert(all.parts.len());
                             let cells = cells.clone();
-                            let part =
-                                Part::new(config, argument, matrix, timed_size, cells, environment.as_ref())?;
+                            let part = SweepPart::new(
+                                config,
+                                argument,
+                                matrix,
+                                timed_size,
+                                cells,
+                                environment.as_ref(),
+                            )?;
                             all.parts.push(part);
                         }
                     }
@@ -108,7 +114,7 @@ impl Expanded {
     }
 }
 
-impl Part {
+impl SweepPart {
     fn new(
         config: &Config,
         argument: &str,
@@ -116,7 +122,7 @@ impl Part {
         timed_size: Option<(u32, u32)>,
         cells: Vec<Cell>,
         environment: Option<&EnvironmentMap>,
-    ) -> anyhow::Result<Part> {
+    ) -> anyhow::Result<SweepPart> {
         let error_size = config.error.as_ref().map(|error| (error.width.0, error.height.0));
         let (width, height) = timed_size.or(error_size).unwrap_or((1, 1));
         let staging = Staging {
@@ -128,7 +134,7 @@ impl Part {
             aspect: f64::from(width) / f64::from(height),
         };
         let Staged { scene, camera, notes } = staging.load(&scene::resolve(argument)?)?;
-        let mut part = Part { camera, notes, timed_size, view: String::new(), scene, cells };
+        let mut part = SweepPart { camera, notes, timed_size, view: String::new(), scene, cells };
         // What differs between cells is said by each of them.
         let plan = part.plan(config);
         let first = posed(&part.scene, plan.time_of(config.first_frame))?;
@@ -142,20 +148,20 @@ impl Part {
     }
 
     /// What all plans have in common: neither time nor error, and no cells.
-    pub fn plan(&self, config: &Config) -> Plan {
+    pub fn plan(&self, config: &Config) -> MeasurementPlan {
         let settings = Settings {
             seed: config.seed,
             exposure: config.exposure,
             texture_filter: Some(config.texture_filter.0),
             specular_roughness: config.specular_roughness,
             pixel_filter: match config.pixel_filter {
-                PixelFilter::Centre => PIXEL_FILTER_CENTRE,
-                PixelFilter::Box => PIXEL_FILTER_BOX,
+                PixelFilterConfig::Centre => PIXEL_FILTER_CENTRE,
+                PixelFilterConfig::Box => PIXEL_FILTER_BOX,
             },
             background: config.background.map(Vec3::from),
             ..Settings::default()
         };
-        Plan {
+        MeasurementPlan {
             settings,
             camera: self.camera.clone(),
             frames: 0..1,
@@ -169,18 +175,18 @@ impl Part {
     }
 
     /// The frames by which times are measured, if they are.
-    pub fn time_plan(&self, config: &Config) -> Option<Plan> {
+    pub fn time_plan(&self, config: &Config) -> Option<MeasurementPlan> {
         let (time, (width, height)) = (config.time.as_ref()?, self.timed_size?);
         let plan = self.plan(config);
         let first = if self.moves(config) { config.first_frame } else { 0 };
         let settings = Settings { width, height, ..plan.settings };
         let frames = first..first + time.frames.0;
-        Some(Plan { settings, frames, warm_up: time.warm_up, time: true, ..plan })
+        Some(MeasurementPlan { settings, frames, warm_up: time.warm_up, time: true, ..plan })
     }
 
     /// The frames by which errors of a cell are measured, if they are. Of a scene where nothing moves that is one frame;
     /// where something outlives its frame, the last of several.
-    pub fn error_plan(&self, config: &Config, cell: &Cell) -> Option<Plan> {
+    pub fn error_plan(&self, config: &Config, cell: &Cell) -> Option<MeasurementPlan> {
         let error = config.error.as_ref()?;
         let plan = self.plan(config);
         let first = if self.moves(config) { config.first_frame } else { 0 };
@@ -193,7 +199,7 @@ impl Part {
         let is_alone = compared == Compared::Last && cell.method.kept(cell.parts()).next().is_none();
         let frames = if is_alone { end - 1..end } else { first..end };
         let settings = Settings { width: error.width.0, height: error.height.0, ..plan.settings };
-        Some(Plan { settings, frames, compared, seeds: error.seeds.0, ..plan })
+        Some(MeasurementPlan { settings, frames, compared, seeds: error.seeds.0, ..plan })
     }
 
     /// Hash of all that decides what is measured of a cell.

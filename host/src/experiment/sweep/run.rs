@@ -1,9 +1,9 @@
 //! A sweep under way: its cells, measured where they are missing.
 
-use super::task::{Sweep, Task};
+use super::task::{SweepContext, Task};
 use super::turns::measure_group;
 
-impl Sweep<'_> {
+impl SweepContext<'_> {
     /// Measures whatever is missing of these tasks. False where it was stopped.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::config::Config;
-use super::expand::Part;
+use super::expand::SweepPart;
 use crate::experiment::cell::{Cell, Paths};
 use crate::experiment::result::{CellResult, FrameResult};
 use crate::experiment::store::Results;
@@ -15,7 +15,7 @@ use crate::settings::Settings;
 #[derive(Clone, Debug)]
 pub struct Task<'a> {
     /// Its scene.
-    pub part: &'a Part,
+    pub part: &'a SweepPart,
     /// The cell.
     pub cell: Cell,
     /// Hash of all that decides its measures.
@@ -24,12 +24,12 @@ pub struct Task<'a> {
 
 impl<'a> Task<'a> {
     /// A cell of a part.
-    pub fn new(config: &Config, part: &'a Part, cell: &Cell) -> Task<'a> {
+    pub fn new(config: &Config, part: &'a SweepPart, cell: &Cell) -> Task<'a> {
         Task { part, cell: cell.clone(), identity: part.identity(config, cell) }
     }
 
     /// All cells of a part.
-    pub fn all(config: &Config, part: &'a Part) -> Vec<Task<'a>> {
+    pub fn all(config: &Config, part: &'a SweepPart) -> Vec<Task<'a>> {
         part.cells.iter().map(|cell| Task::new(config, part, cell)).collect()
     }
 
@@ -45,7 +45,7 @@ impl<'a> Task<'a> {
 }
 
 /// What all cells are measured with.
-pub struct Sweep<'a> {
+pub struct SweepContext<'a> {
     /// What is measured.
     pub config: &'a Config,
     /// Where results go.
@@ -60,7 +60,7 @@ pub struct Sweep<'a> {
     pub found: RefCell<BTreeMap<String, Paths>>,
 }
 
-impl Sweep<'_> {
+impl SweepContext<'_> {
     /// The result that a task has; an empty one where it has none. `cell` is the task's with the light paths that were found.
     pub fn result(&self, task: &Task, cell: &Cell) -> CellResult {
         self.results.read(&task.identity).unwrap_or_else(|| {

@@ -2,16 +2,16 @@
 
 use anyhow::Context;
 
-use super::equal_time::{Found, TOLERANCE, held, is_met, search};
+use super::equal_time::{EqualTimeResult, TOLERANCE, held, is_met, search};
 use super::errors::measure_error;
-use super::task::{Sweep, Task, joined};
+use super::task::{SweepContext, Task, joined};
 use crate::experiment::axis::PATHS_PER_PIXEL;
 use crate::experiment::cell::{Cell, Paths};
 use crate::experiment::cost::costs;
 use crate::experiment::identity::posed;
 use crate::experiment::measure::measure;
 use crate::experiment::memory::memory;
-use crate::experiment::plan::Plan;
+use crate::experiment::plan::MeasurementPlan;
 use crate::experiment::record::FrameRecord;
 use crate::experiment::result::{CellTime, FrameResult};
 use crate::experiment::store::provenance;
@@ -37,7 +37,7 @@ struct Ready<'a> {
 }
 
 /// Measures whatever is missing of tasks of one scene and runner. False where it was stopped.
-pub fn measure_group(sweep: &Sweep, group: &[&Task]) -> anyhow::Result<bool> {
+pub fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> {
     let has_time = |task: &Task| {
         sweep.config.time.is_none() || sweep.results.read(&task.identity).is_some_and(|of| of.time.is_some())
     };
@@ -97,8 +97,8 @@ struct Timed<'a> {
 /// Times cells and writes their files. Cells that share a time to meet take their turns again, with corrected light paths,
 /// as long as one of them misses it.
 fn take_turns<'a>(
-    sweep: &Sweep,
-    plan: &Plan,
+    sweep: &SweepContext,
+    plan: &MeasurementPlan,
     first: &Ready,
     turns: Vec<Ready<'a>>,
     corrections: u32,
@@ -184,7 +184,7 @@ fn take_turns<'a>(
     take_turns(sweep, plan, &Ready { task: first.task, cell }, again, corrections - 1)
 }
 
-fn write(sweep: &Sweep, timed: Timed, note: Option<String>) -> anyhow::Result<()> {
+fn write(sweep: &SweepContext, timed: Timed, note: Option<String>) -> anyhow::Result<()> {
     let Timed { ready: Ready { task, cell }, time, frames, device } = timed;
     (sweep.on_message)(&format!("{} {}: {:.2} ms", task.part.scene.name, cell.name, time.total_ms.median));
     let mut result = sweep.result(task, &cell);
@@ -197,7 +197,7 @@ fn write(sweep: &Sweep, timed: Timed, note: Option<String>) -> anyhow::Result<()
 }
 
 /// Closest hits a second of the tracer alone, on the runner of a cell.
-fn tracer_rate(plan: &Plan, scene: &Scene, cell: &Cell) -> anyhow::Result<f64> {
+fn tracer_rate(plan: &MeasurementPlan, scene: &Scene, cell: &Cell) -> anyhow::Result<f64> {
     let features = cell.features(scene, plan.settings.specular_roughness);
     Ok(closest_hits_per_second(&cell.runner, scene, scene.camera(Some(&plan.camera))?, features)?)
 }
@@ -211,7 +211,7 @@ struct Miss {
 }
 
 /// None where a cell meets its time.
-fn miss(plan: &Plan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss> {
+fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss> {
     let Timed { ready: Ready { task, cell }, time, .. } = timed;
     let Paths::Time(target) = task.cell.paths else { return None };
     let shared = time.ratio_to_first.filter(|_| first.task.cell.paths == task.cell.paths);
@@ -234,13 +234,13 @@ fn miss(plan: &Plan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss
 }
 
 /// Most light paths of a frame that are tried: the kernels count rays in 32 bits.
-fn max_paths(plan: &Plan, cell: &Cell) -> u32 {
+fn max_paths(plan: &MeasurementPlan, cell: &Cell) -> u32 {
     let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
     u64::from(u32::MAX / (cell.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
 }
 
 /// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.
-fn find_paths<'a>(sweep: &Sweep, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
+fn find_paths<'a>(sweep: &SweepContext, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
     let Paths::Time(target) = task.cell.paths else {
         return Ok(Some(Ready { task, cell: task.cell.clone() }));
     };
@@ -256,7 +256,7 @@ fn find_paths<'a>(sweep: &Sweep, task: &'a Task<'a>) -> anyhow::Result<Option<Re
     let frames = start..start + count.min(TRIAL_FRAMES);
     let mut trial = |paths: u32| -> anyhow::Result<f64> {
         let cell = with(Paths::Count(paths));
-        let plan = Plan { frames: frames.clone(), warm_up: 1, ..plan.clone() };
+        let plan = MeasurementPlan { frames: frames.clone(), warm_up: 1, ..plan.clone() };
         let mut totals = Vec::new();
         let mut each = |records: Vec<FrameRecord>| {
             totals.extend(records.iter().filter_map(|record| record.get("total_ms")));
@@ -276,7 +276,7 @@ fn find_paths<'a>(sweep: &Sweep, task: &'a Task<'a>) -> anyhow::Result<Option<Re
     if (sweep.stopped)() {
         return Ok(None);
     }
-    let found: Found = found?;
+    let found: EqualTimeResult = found?;
     let paths = Paths::PerPixel(f64::from(found.paths) / pixels as f64);
     sweep.found.borrow_mut().insert(task.identity.clone(), paths);
     Ok(Some(Ready { task, cell: with(paths) }))

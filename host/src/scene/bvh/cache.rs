@@ -49,7 +49,7 @@ pub struct BvhCache {
 
 /// All that decides a BVH.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Key {
+pub(super) struct BvhCacheKey {
     /// BLAKE3 of the triangles.
     triangles: String,
     count: usize,
@@ -60,15 +60,15 @@ pub(super) struct Key {
 
 #[derive(Serialize, Deserialize)]
 struct Head {
-    key: Key,
+    key: BvhCacheKey,
     nodes: usize,
     leaves: usize,
 }
 
-impl Key {
-    pub(super) fn new(triangles: &[Triangle], levels: u32, quality: BvhQuality) -> Key {
+impl BvhCacheKey {
+    pub(super) fn new(triangles: &[Triangle], levels: u32, quality: BvhQuality) -> BvhCacheKey {
         let (digest, count) = (Digest::hex([cast_slice(triangles)]), triangles.len());
-        Key { triangles: digest, count, levels, quality, builder: BUILDER.into() }
+        BvhCacheKey { triangles: digest, count, levels, quality, builder: BUILDER.into() }
     }
 
     fn file_name(&self) -> String {
@@ -102,7 +102,7 @@ impl BvhCache {
         if triangles.len() < WORTH {
             return build().bvh(triangles);
         }
-        let key = Key::new(triangles, levels, quality);
+        let key = BvhCacheKey::new(triangles, levels, quality);
         self.find(&key, triangles).unwrap_or_else(|| {
             let shape = build();
             let bvh = shape.clone().bvh(triangles);
@@ -114,7 +114,7 @@ impl BvhCache {
     }
 
     /// The BVH of a key and its triangles, if it is there and can be used.
-    fn find(&self, key: &Key, triangles: &[Triangle]) -> Option<Bvh> {
+    fn find(&self, key: &BvhCacheKey, triangles: &[Triangle]) -> Option<Bvh> {
         let file = file::open(&self.folder.join(key.file_name())).ok()?;
         let limit = MAX_HEAD + MAX_TRIANGLE * key.count as u64;
         let bytes = file::read_open(&file, limit + 1).ok().filter(|bytes| bytes.len() as u64 <= limit)?;
@@ -125,7 +125,7 @@ impl BvhCache {
     }
 
     /// Writes a BVH, and removes others as far as there is no room for all.
-    fn keep(&self, key: Key, shape: &Shape) -> std::io::Result<()> {
+    fn keep(&self, key: BvhCacheKey, shape: &Shape) -> std::io::Result<()> {
         let name = key.file_name();
         let parts = shape.parts();
         if parts.iter().map(|part| part.len() as u64).sum::<u64>() > self.max_bytes {
@@ -182,7 +182,7 @@ fn size(triangles: usize, leaves: usize, nodes: usize) -> Option<usize> {
 }
 
 /// The BVH of these triangles from the bytes of a file, if they are of this key and hold a sound BVH that is quick.
-fn parse(bytes: &[u8], key: &Key, triangles: &[Triangle]) -> Option<Bvh> {
+fn parse(bytes: &[u8], key: &BvhCacheKey, triangles: &[Triangle]) -> Option<Bvh> {
     let (Head { key: theirs, nodes, leaves }, payload) = sealed::open(KIND, bytes).ok()?;
     if theirs != *key || size(key.count, leaves, nodes) != Some(payload.len()) {
         return None;
@@ -200,7 +200,7 @@ fn parse(bytes: &[u8], key: &Key, triangles: &[Triangle]) -> Option<Bvh> {
 
 /// Whether the bytes of a file are a BVH of these triangles.
 pub(crate) fn accepts(bytes: &[u8], triangles: &[Triangle]) -> bool {
-    parse(bytes, &Key::new(triangles, super::LEVELS, BvhQuality::default()), triangles).is_some()
+    parse(bytes, &BvhCacheKey::new(triangles, super::LEVELS, BvhQuality::default()), triangles).is_some()
 }
 
 /// A file with the right key and checksum for [`accepts`], whatever it holds.
@@ -210,7 +210,7 @@ pub(crate) fn sealed_file(
     leaves: usize,
     payload: &[u8],
 ) -> std::io::Result<Vec<u8>> {
-    let key = Key::new(triangles, super::LEVELS, BvhQuality::default());
+    let key = BvhCacheKey::new(triangles, super::LEVELS, BvhQuality::default());
     sealed::seal(KIND, &Head { key, nodes, leaves }, |bytes| bytes.extend(payload))
 }
 

@@ -42,7 +42,7 @@ struct Entry {
 }
 
 /// The plan of every binary node, by index: level after level, from the root at index 0 down.
-pub struct Plan<'a> {
+pub struct CollapsePlan<'a> {
     binary: &'a Bvh2,
     groups: &'a Groups,
     /// Binary node at each index.
@@ -52,7 +52,7 @@ pub struct Plan<'a> {
     entries: Vec<Entry>,
 }
 
-impl<'a> Plan<'a> {
+impl<'a> CollapsePlan<'a> {
     /// Plans a binary BVH with one group of triangles a leaf.
     pub fn new(binary: &'a Bvh2, groups: &'a Groups) -> Self {
         let (mut nodes, mut children) =
@@ -69,7 +69,7 @@ impl<'a> Plan<'a> {
                 }
             }
         }
-        let mut plan = Plan { binary, groups, nodes, children, entries: vec![] };
+        let mut plan = CollapsePlan { binary, groups, nodes, children, entries: vec![] };
 
         // A level takes what those below it found.
         let mut entries = vec![Entry::default(); plan.nodes.len()];

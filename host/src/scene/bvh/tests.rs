@@ -130,7 +130,7 @@ fn balancing_holds_every_triangle_within_min_levels() {
     let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
     let groups = Groups::from_boxes(&boxes);
     let binary = binary::build(&boxes, BvhQuality::Fast);
-    let plan = Plan::new(&binary, &groups);
+    let plan = CollapsePlan::new(&binary, &groups);
     let mut builder = Builder { boxes: &boxes, plan: &plan, shape: Shape::default() };
     let mut all = Vec::new();
     plan.triangles(0, &mut all);

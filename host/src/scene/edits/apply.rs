@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use glam::{DVec3, DVec4};
 
-use super::{Edits, Key, NodeEdit};
+use super::{Edits, Keyframe, NodeEdit};
 use crate::scene::animation::{Channel, Interpolation, Path};
 use crate::scene::file_nodes::no_node;
 use crate::scene::{Scene, SceneError};
@@ -75,7 +75,7 @@ impl Scene {
             }
             Ok(())
         };
-        for Key { time, nodes, .. } in &edits.keys {
+        for Keyframe { time, nodes, .. } in &edits.keys {
             nodes.iter().try_for_each(|edit| add(edit, *time, true))?;
         }
         edits.nodes.iter().try_for_each(|edit| add(edit, 0.0, false))?;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{CameraEdit, Key};
+use super::{CameraEdit, Keyframe};
 use crate::scene::animation::{Channel, Path};
 use crate::scene::recorded::Recorded;
 use crate::scene::viewpoint::{Position, Whole};
@@ -10,7 +10,7 @@ use crate::scene::{Scene, SceneCamera, SceneError};
 
 impl Scene {
     /// Has a camera follow what keys say of one, if they do; else none.
-    pub(super) fn record(&mut self, keys: &[Key]) -> Result<(), SceneError> {
+    pub(super) fn record(&mut self, keys: &[Keyframe]) -> Result<(), SceneError> {
         let keys: Vec<(f64, &CameraEdit)> =
             keys.iter().filter_map(|key| Some((key.time, key.camera.as_ref()?))).collect();
         if keys.is_empty() {

@@ -112,7 +112,7 @@ fn what_no_scene_can_show_is_refused() {
         assert!(error.contains(words), "{text}: {error}");
     }
     // It is not written, either.
-    let key = Key { time: f64::NAN, camera: None, nodes: Vec::new() };
+    let key = Keyframe { time: f64::NAN, camera: None, nodes: Vec::new() };
     assert!(Edits { keys: vec![key], ..Edits::default() }.to_toml().is_err());
 }
 

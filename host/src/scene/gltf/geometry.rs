@@ -89,8 +89,8 @@ impl Geometry {
     }
 
     /// Puts triangles of a node into the world.
-    fn bake(&mut self, parts: impl IntoIterator<Item = mesh::Part>, owner: usize) {
-        for mesh::Part { material, triangles, .. } in parts {
+    fn bake(&mut self, parts: impl IntoIterator<Item = mesh::MeshPrimitive>, owner: usize) {
+        for mesh::MeshPrimitive { material, triangles, .. } in parts {
             let detail = Detail { material: material as u32, owner: owner as u32 };
             self.details.resize(self.details.len() + triangles.len(), detail);
             self.corners.extend(triangles);
@@ -135,9 +135,9 @@ impl Geometry {
     }
 
     /// Makes a mesh of triangles in its node's space; none of nothing.
-    fn store(&mut self, parts: impl Iterator<Item = mesh::Part>) -> Option<usize> {
+    fn store(&mut self, parts: impl Iterator<Item = mesh::MeshPrimitive>) -> Option<usize> {
         let (mut own, mut materials) = (Vec::new(), Vec::new());
-        for mesh::Part { material, triangles, .. } in parts {
+        for mesh::MeshPrimitive { material, triangles, .. } in parts {
             materials.resize(materials.len() + triangles.len(), material as u32);
             own.extend(triangles);
         }

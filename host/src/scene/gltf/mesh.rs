@@ -15,7 +15,7 @@ use crate::scene::SceneError;
 use crate::scene::corner::{Corner, placed, turned};
 
 /// The triangles of one primitive.
-pub struct Part {
+pub struct MeshPrimitive {
     /// Index of their material.
     pub material: usize,
     /// Whether it emits.
@@ -122,7 +122,7 @@ pub fn read(
     document: &mut Document,
     instance: &WorldMesh,
     mappings: &[Option<Mapping>],
-) -> Result<Vec<Part>, SceneError> {
+) -> Result<Vec<MeshPrimitive>, SceneError> {
     let mut read = Vec::new();
     for_each_surface(document, instance, mappings, |document, surface| {
         let vertices = surface.vertices(document, &instance.to_world)?;
@@ -135,7 +135,7 @@ pub fn read(
         };
         let triangles = faces.into_iter().enumerate().map(triangle).collect();
         let emits = emits(document, surface.primitive);
-        read.push(Part { material: surface.material, emits, triangles });
+        read.push(MeshPrimitive { material: surface.material, emits, triangles });
         Ok(())
     })?;
     Ok(read)

@@ -7,7 +7,7 @@
 use crate::declare::pass;
 use crate::interface::density::DensityTexel;
 use crate::interface::frame::Dispatch;
-use crate::light::by_density::{FEEDBACK_WORDS, MAPS, Map, map_count};
+use crate::light::by_density::{DensityPyramid, FEEDBACK_WORDS, MAPS, map_count};
 use crate::light::density_map::Node;
 use crate::math::clamp;
 use crate::math::quanta::Quanta;
@@ -30,24 +30,24 @@ const MAX_DENSITY: f32 = 4096.0;
 const MAX_GROWTH: f32 = 8.0;
 
 /// New densities from the feedback of the last frame, a texel an invocation.
-#[pass(name = "density.update", over = map_count(params.light_count) * Map::TEXELS, work = Guide)]
+#[pass(name = "density.update", over = map_count(params.light_count) * DensityPyramid::TEXELS, work = Guide)]
 pub fn density_update(
     texel: u32,
     density_pyramid: &[f32],
     density_feedback: &[u32],
-    #[len = MAPS * Map::TEXELS] mut density: Slots<'_, DensityTexel>,
+    #[len = MAPS * DensityPyramid::TEXELS] mut density: Slots<'_, DensityTexel>,
 ) {
     let before = density.read(texel);
     density.write(texel, update(texel, &before, density_pyramid, density_feedback));
 }
 
 /// A level of the pyramids, a node an invocation.
-#[pass(name = "density.sum", over = map_count(params.light_count) * Map::TEXELS, work = Guide)]
+#[pass(name = "density.sum", over = map_count(params.light_count) * DensityPyramid::TEXELS, work = Guide)]
 pub fn density_sum(
     node: u32,
     dispatch: Dispatch,
     density: &[DensityTexel],
-    #[len = MAPS * Map::NODES] mut density_pyramid: Slots<'_, f32>,
+    #[len = MAPS * DensityPyramid::NODES] mut density_pyramid: Slots<'_, f32>,
 ) {
     let (slot, sum) = sum(node, dispatch.level, density, &density_pyramid);
     density_pyramid.write(slot, sum);
@@ -56,18 +56,19 @@ pub fn density_sum(
 /// The new density of a texel, counted over all maps, from its old row and the pyramids of the last frame.
 #[inline(always)]
 pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u32]) -> DensityTexel {
-    let (map, texel_in_map) = (texel / Map::TEXELS, texel % Map::TEXELS);
-    let base = map * Map::NODES;
-    let total = Map::total(pyramid, map);
+    let (map, texel_in_map) = (texel / DensityPyramid::TEXELS, texel % DensityPyramid::TEXELS);
+    let base = map * DensityPyramid::NODES;
+    let total = DensityPyramid::total(pyramid, map);
     if total <= 0.0 {
         return DensityTexel { density: 1.0, change: 0.0 };
     }
-    let scale = Map::TEXELS as f32 / total;
-    let (x, y) = (texel_in_map % Map::SIDE, texel_in_map / Map::SIDE);
-    let at = |x: u32, y: u32| pyramid[(base + y * Map::SIDE + x) as usize] * scale;
+    let scale = DensityPyramid::TEXELS as f32 / total;
+    let (x, y) = (texel_in_map % DensityPyramid::SIDE, texel_in_map / DensityPyramid::SIDE);
+    let at = |x: u32, y: u32| pyramid[(base + y * DensityPyramid::SIDE + x) as usize] * scale;
     let old = at(x, y);
-    let (left, right) = (if x > 0 { x - 1 } else { x }, if x + 1 < Map::SIDE { x + 1 } else { x });
-    let (below, above) = (if y > 0 { y - 1 } else { y }, if y + 1 < Map::SIDE { y + 1 } else { y });
+    let (left, right) = (if x > 0 { x - 1 } else { x }, if x + 1 < DensityPyramid::SIDE { x + 1 } else { x });
+    let (below, above) =
+        (if y > 0 { y - 1 } else { y }, if y + 1 < DensityPyramid::SIDE { y + 1 } else { y });
     let smooth = (old + at(left, y) + at(right, y) + at(x, below) + at(x, above)) * 0.2;
 
     let row = (texel * FEEDBACK_WORDS) as usize;
@@ -93,7 +94,7 @@ pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u3
 /// A node of level `level`, counted over all maps: (its slot in the pyramids, its sum).
 #[inline(always)]
 pub fn sum(index: u32, level: u32, densities: &[DensityTexel], pyramid: &Slots<'_, f32>) -> (u32, f32) {
-    let Node { slot, below } = Map::node(level, index);
+    let Node { slot, below } = DensityPyramid::node(level, index);
     if level == 0 {
         return (slot, densities[index as usize].density);
     }

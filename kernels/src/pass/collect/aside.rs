@@ -9,7 +9,7 @@ use crate::interface::ray::Ray;
 use crate::light::light_sampling::FEW_LIGHTS;
 use crate::math::cone::RayCone;
 use crate::math::pencil::{Pencil, RayDerivative};
-use crate::pass::collect::PathLight;
+use crate::pass::collect::CameraPathLight;
 use crate::platform::Record;
 use crate::surface::media::MediaStack;
 use spirv_std::glam::{UVec2, Vec2, Vec3};
@@ -29,7 +29,7 @@ pub struct Shadow {
     pub non_specular: Vec3,
 }
 
-/// A sum of light that a path brings: `radiance`, `prefix`, `direct.radiance` and `delta_prefix` of [`PathLight`].
+/// A sum of light that a path brings: `radiance`, `prefix`, `direct.radiance` and `delta_prefix` of [`CameraPathLight`].
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sum {
@@ -115,8 +115,8 @@ impl<'a> Aside<'a> {
 
     /// All that was found.
     #[inline(always)]
-    pub fn light(&self) -> PathLight {
-        let mut light = PathLight { radiance: self.sum(Sum::Radiance), ..PathLight::default() };
+    pub fn light(&self) -> CameraPathLight {
+        let mut light = CameraPathLight { radiance: self.sum(Sum::Radiance), ..CameraPathLight::default() };
         if self.features.has(Features::PARTS) {
             light.prefix = self.sum(Sum::Prefix);
             let class_probability = f32::from_bits(self.own.take(self.words, CLASS_PROBABILITY));

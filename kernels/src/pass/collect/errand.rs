@@ -2,7 +2,7 @@
 //! [`follow`], which such passes share, on a GPU in one entry point (`joint`).
 
 use super::observer::PathObserver;
-use super::{CameraSuffix, PathLight, Start, follow};
+use super::{CameraPathLight, CameraPathStart, CameraSuffix, follow};
 use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
@@ -21,7 +21,7 @@ pub trait Errand: PathObserver {
     /// The path.
     fn wanted(&self) -> Wanted;
     /// Leaves what the path brought home.
-    fn leave(&mut self, light: &PathLight, kept: &Self::Kept);
+    fn leave(&mut self, light: &CameraPathLight, kept: &Self::Kept);
 }
 
 /// A camera path that somebody wants.
@@ -47,9 +47,9 @@ pub fn run<E: Errand, T: Tracer, C: Atomics>(
 ) {
     let features = errand.features(features);
     let Wanted { pixel, stream, suffix } = errand.wanted();
-    let (mut light, mut kept) = (PathLight::default(), E::Kept::default());
+    let (mut light, mut kept) = (CameraPathLight::default(), E::Kept::default());
     if pixel != NONE {
-        let start = Start::new(stream, pixel, params);
+        let start = CameraPathStart::new(stream, pixel, params);
         (light, kept) = follow(start, suffix, params, features, scene, tracer, &mut errand, counters);
     }
     errand.leave(&light, &kept);

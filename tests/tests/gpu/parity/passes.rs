@@ -3,7 +3,7 @@
 use caustics::scene::Scene;
 use caustics_kernels::declare::{Emission, Step, Work};
 use caustics_kernels::emission::{self, POWER};
-use caustics_kernels::gather::accumulator::{Sum, WORDS};
+use caustics_kernels::gather::accumulator::{GatheredSum, WORDS};
 use caustics_kernels::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS};
 use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
 use caustics_kernels::interface::balance::Balance;
@@ -162,7 +162,7 @@ fn one(runners: &mut RunnerPair, scene: &Scene, emission: &'static Emission, ste
 fn sums(runners: &mut RunnerPair, params: &FrameParams) -> Vec<Difference> {
     let (cpu, gpu) = runners.records::<u32>("accumulator");
     let read = |words: &[u32]| {
-        let sums = (0..params.pixel_count()).map(|pixel| Sum::read(words, pixel, params.quantum));
+        let sums = (0..params.pixel_count()).map(|pixel| GatheredSum::read(words, pixel, params.quantum));
         sums.unzip::<Vec3, u32, Vec<_>, Vec<_>>()
     };
     let ((cpu_sums, cpu_counts), (gpu_sums, gpu_counts)) = (read(&cpu), read(&gpu));
@@ -210,7 +210,7 @@ fn by_ray_queries(runners: &mut RunnerPair, table: &mut Table) {
     };
     let software = run(&PHOTONS_GRID);
     let total = |words: &[u32]| {
-        let sums = (0..params.pixel_count()).map(|pixel| Sum::read(words, pixel, params.quantum));
+        let sums = (0..params.pixel_count()).map(|pixel| GatheredSum::read(words, pixel, params.quantum));
         sums.fold([0.0f32; 4], |t, (sum, n)| [t[0] + sum.x, t[1] + sum.y, t[2] + sum.z, t[3] + n as f32])
     };
     for variant in variant::ALL.iter().filter(|variant| variant.hardware) {

@@ -4,7 +4,7 @@ use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::{CameraSuffix, Start, collected};
+use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix, collected};
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::DVec3;
@@ -130,7 +130,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
             let rng = Rng::new(Stream::Camera, 0, path, 0);
             let cone = RayCone::at_eye(spread as f32);
             collected(
-                Start { ray, cone, rng },
+                CameraPathStart { ray, cone, rng },
                 CameraSuffix::new(&world.params),
                 &world.params,
                 world.features,

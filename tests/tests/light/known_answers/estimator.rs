@@ -1,7 +1,7 @@
 //! The density estimate: its bias, its borders, facets, pixels without a point.
 
 use caustics::settings::Settings;
-use caustics_kernels::gather::accumulator::Sum;
+use caustics_kernels::gather::accumulator::GatheredSum;
 use caustics_kernels::gather::contribution::takes;
 use caustics_kernels::gather::variant::{BRUTE, PHOTONS_GRID};
 use caustics_kernels::interface::features::Features;
@@ -120,7 +120,7 @@ fn taken(points: &[PointGeometry], photons: &[PhotonGeometry]) -> Vec<u32> {
     let shadings: Vec<_> = points.iter().map(shading).collect();
     let materials = [lambert(0.5)];
     let words = gather(&PHOTONS_GRID, points, &shadings, &all, &materials, Features::RECEIVERS, &params);
-    (0..points.len() as u32).map(|pixel| Sum::read(&words, pixel, 1.0).1).collect()
+    (0..points.len() as u32).map(|pixel| GatheredSum::read(&words, pixel, 1.0).1).collect()
 }
 
 /// Points or photons spread over 2 x 2 m about `centre`, on a face with this normal.
@@ -236,7 +236,7 @@ fn pixels_without_a_point_take_nothing() {
     let (materials, features) = (&scene.materials, world.features);
     let words = gather(&BRUTE, &points, &shadings, &photons, materials, features, &world.params);
     assert!(words.iter().all(|&word| word == 0));
-    assert_eq!(Sum::read(&words, 3, 1.0), (Vec3::ZERO, 0));
+    assert_eq!(GatheredSum::read(&words, 3, 1.0), (Vec3::ZERO, 0));
 }
 
 mod long {

@@ -8,7 +8,7 @@ use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::offset;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::{CameraSuffix, Collected, Start, camera_ray, collected};
+use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix, Collected, camera_ray, collected};
 use caustics_kernels::trace::Tracer;
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -125,7 +125,7 @@ fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Colle
             };
             let ray = Ray::endless(origin, mirrored.as_vec3());
             Some(collected(
-                Start { ray, cone, rng },
+                CameraPathStart { ray, cone, rng },
                 CameraSuffix::new(&shorter),
                 &shorter,
                 world.features,

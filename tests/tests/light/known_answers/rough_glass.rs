@@ -9,7 +9,7 @@ use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::emit::EmissionSample;
 use caustics_kernels::math::rng::Stream;
 use caustics_kernels::pass::collect::observer::{CollectionPoint, PathObserver};
-use caustics_kernels::pass::collect::{CameraSuffix, Start, follow};
+use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix, follow};
 use caustics_kernels::pass::shoot::receive::Receive;
 use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::surface::class::Classes;
@@ -193,7 +193,7 @@ fn weights_of_paths_through_white_rough_glass_do_not_grow() {
         world.params.quantum = 2.0f32.powi(-40);
         let (mut tracer, mut tally, mut escapes) = (world.tracer(), Tally::default(), Escapes::default());
         for pixel in 0..world.params.pixel_count() {
-            let start = Start::new(Stream::Reference, pixel, &world.params);
+            let start = CameraPathStart::new(Stream::Reference, pixel, &world.params);
             follow(
                 start,
                 suffix,

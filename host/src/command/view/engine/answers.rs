@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::Engine;
 use crate::command::console::error_chain;
-use crate::command::view::look::Shown;
+use crate::command::view::look::DisplayedImage;
 use crate::command::view::pick::picked;
 use crate::command::view::render_job::RenderJob;
 use crate::command::view::save;
@@ -82,7 +82,7 @@ impl Engine<'_> {
     fn png(&mut self) -> anyhow::Result<Vec<u8>> {
         let look = self.shared.request().look;
         let suits = self.suits.unwrap_or_default();
-        let raster = look.to_raster(&Shown { suits, ..self.converged()?.mean(look.layer) });
+        let raster = look.to_raster(&DisplayedImage { suits, ..self.converged()?.mean(look.layer) });
         let colors = raster.bytes.as_chunks::<3>().0.iter().map(|pixel| {
             let [r, g, b] = pixel.map(f32::from);
             Vec3::new(r, g, b) / 255.0

@@ -19,8 +19,8 @@ fn made(triangles: &[Triangle]) -> Shape {
     super::super::shape(triangles, LEVELS, BvhQuality::default())
 }
 
-fn key(triangles: &[Triangle]) -> Key {
-    Key::new(triangles, LEVELS, BvhQuality::default())
+fn key(triangles: &[Triangle]) -> BvhCacheKey {
+    BvhCacheKey::new(triangles, LEVELS, BvhQuality::default())
 }
 
 fn files(cache: &BvhCache) -> Vec<PathBuf> {
@@ -55,7 +55,7 @@ fn cache_finds_the_tree_of_the_same_triangles_and_no_other() {
     };
     get(&others, &build);
     assert!(is_built.get());
-    let find = |levels, quality| cache.find(&Key::new(&triangles, levels, quality), &triangles);
+    let find = |levels, quality| cache.find(&BvhCacheKey::new(&triangles, levels, quality), &triangles);
     assert!(find(LEVELS - 1, BvhQuality::default()).is_none());
     assert!(find(LEVELS, BvhQuality::Best).is_none());
 
@@ -248,13 +248,13 @@ fn trees_that_rays_take_for_ever_in_are_neither_taken_nor_kept() {
 
 #[test]
 fn boxes_of_the_plan_are_those_of_its_triangles() {
-    use super::super::{binary, groups::Groups, plan::Plan};
+    use super::super::{binary, groups::Groups, plan::CollapsePlan};
     let triangles = soup(3000, 0.05);
     let boxes: Vec<_> = triangles.iter().map(bounds).collect();
     let groups = Groups::from_boxes(&boxes);
     for quality in [BvhQuality::Fast, BvhQuality::Medium, BvhQuality::Best] {
         let binary = binary::build(&boxes, quality);
-        let plan = Plan::new(&binary, &groups);
+        let plan = CollapsePlan::new(&binary, &groups);
         for at in 0..2 * groups.count() - 1 {
             let mut ids = Vec::new();
             plan.triangles(at, &mut ids);

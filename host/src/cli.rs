@@ -12,11 +12,11 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
 
 mod animate;
-mod axes;
 mod bench;
 mod compare;
 mod inspect;
 mod pages;
+mod parameters;
 mod preset;
 mod report;
 mod sharding;
@@ -25,11 +25,11 @@ mod sweep;
 mod view;
 
 pub use animate::Animate;
-pub use axes::{Averaged, AxisOptions, PathTraced};
 pub use bench::{Bench, Quantity};
 pub use compare::{Compare, Limit};
 pub use inspect::Inspect;
 pub use pages::{Completions, Man};
+pub use parameters::{Averaged, ParameterOptions, PathTraced};
 pub use preset::Preset;
 pub use report::ReportOptions;
 pub use sharding::Sharding;
@@ -318,7 +318,7 @@ pub struct Render {
     pub time: f64,
     /// How to render.
     #[command(flatten)]
-    pub axes: AxisOptions<Averaged>,
+    pub parameters: ParameterOptions<Averaged>,
     /// All that no other option says [default: preview where none says how to render, else frame]
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
@@ -340,7 +340,7 @@ pub struct Reference {
     pub common: Common,
     /// How to render.
     #[command(flatten)]
-    pub axes: AxisOptions<PathTraced>,
+    pub parameters: ParameterOptions<PathTraced>,
     /// Time of the scene's animations that is shown (s); before their first key and after their last they stand still
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,

@@ -1,14 +1,13 @@
 //! Experiments: scenes rendered in several configurations, and what each costs and how far off it is.
 //!
-//! `cell` is a run configuration, `axis` what can vary of it, `cell_axes` what the axes say of a cell, `limits` how large a frame may
+//! `cell` is a run configuration, `parameter` what can vary of it, `cell_parameters` what the parameters say of a cell, `limits` how large a frame may
 //! be, `matrix` all combinations; `plan` says what is measured, `measure` renders the frames of all cells in turn, `reference`
 //! keeps the reference of each frame, `error` has the measures that hold images against it; `record` is a frame of a cell, `timing`,
 //! `cost` and `result` what is left of all of them, `store` and `table` keep and show it. `sweep` does all of it, from a file or
 //! from the options of `bench`.
 
-pub mod axis;
 pub mod cell;
-pub mod cell_axes;
+pub mod cell_parameters;
 pub mod cost;
 pub mod error;
 pub mod gain;
@@ -17,6 +16,7 @@ pub mod limits;
 pub mod matrix;
 pub mod measure;
 pub mod memory;
+pub mod parameter;
 pub mod plan;
 pub mod record;
 pub mod reference;

@@ -8,8 +8,8 @@ use glam::Vec3;
 
 use crate::accumulation::Shape;
 use crate::checkpoint::{self, Checkpoint, Identity};
-use crate::experiment::axis::PATHS_PER_PIXEL;
 use crate::experiment::error::{FLIP, RELMSE};
+use crate::experiment::parameter::PATHS_PER_PIXEL;
 use crate::experiment::result::{CellError, CellResult, CellTime, Quartiles};
 use crate::experiment::store;
 use crate::experiment::sweep::config::Config;

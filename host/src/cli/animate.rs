@@ -5,8 +5,8 @@ use std::ops::Range;
 use clap::Args;
 
 use super::Common;
-use super::axes::{AxisOptions, OneConfiguration};
 use super::bench::frames;
+use super::parameters::{OneConfiguration, ParameterOptions};
 
 /// Options of `animate`.
 #[derive(Args, Debug)]
@@ -32,7 +32,7 @@ pub struct Animate {
     pub common: Common,
     /// How to render.
     #[command(flatten)]
-    pub axes: AxisOptions<OneConfiguration>,
+    pub parameters: ParameterOptions<OneConfiguration>,
     /// The frames, the last one left out (default: all of the scene's animations, and of the keys of --edits)
     #[arg(long, value_name = "A..B", value_parser = frames)]
     pub frames: Option<Range<u32>>,

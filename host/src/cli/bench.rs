@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::axes::{AxisOptions, ManyConfigurations};
+use super::parameters::{ManyConfigurations, ParameterOptions};
 use super::{ImageOptions, Loading, Machine};
 
 /// Options of `bench`: a sweep of one scene, given by options.
@@ -30,7 +30,7 @@ pub struct Bench {
     pub measure: Vec<Quantity>,
     /// The configurations.
     #[command(flatten)]
-    pub axes: AxisOptions<ManyConfigurations>,
+    pub parameters: ParameterOptions<ManyConfigurations>,
     /// The frames: how many, or A..B with B left out. Of a still image all are timed, and the last is compared
     #[arg(long, value_name = "N|A..B", default_value = "16", value_parser = count_or_frames)]
     pub frames: Range<u32>,

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::Args;
 
-use super::axes::{Averaged, AxisOptions};
+use super::parameters::{Averaged, ParameterOptions};
 use super::{ImageOptions, Loading, Machine, Preset};
 
 /// Options of `inspect`.
@@ -44,7 +44,7 @@ pub struct Inspect {
     pub time: f64,
     /// How to render.
     #[command(flatten)]
-    pub axes: AxisOptions<Averaged>,
+    pub parameters: ParameterOptions<Averaged>,
     /// All that no other option says [default: preview where none says how to render, else frame]
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,

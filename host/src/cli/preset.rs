@@ -1,6 +1,6 @@
 //! Presets of `render`.
 
-use caustics::experiment::axis::{AUTO, Axis, METHOD, RADIUS_PX, SAMPLER};
+use caustics::experiment::parameter::{AUTO, METHOD, Parameter, RADIUS_PX, SAMPLER};
 use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use clap::ValueEnum;
@@ -17,8 +17,8 @@ pub enum Preset {
 }
 
 impl Preset {
-    /// Values of axes that it brings.
-    pub fn values(self) -> Vec<(&'static Axis, &'static str)> {
+    /// Values of parameters that it brings.
+    pub fn values(self) -> Vec<(&'static Parameter, &'static str)> {
         match self {
             // The noise of one frame is for the eye to even out.
             Preset::Frame => vec![(&SAMPLER, Sampler::Blue.name())],

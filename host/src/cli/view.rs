@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::axes::OneConfiguration;
-use super::{AxisOptions, ImageOptions, Loading, Machine};
+use super::parameters::OneConfiguration;
+use super::{ImageOptions, Loading, Machine, ParameterOptions};
 
 /// Options of `view`.
 #[derive(Args, Debug)]
@@ -44,5 +44,5 @@ pub struct Viewer {
     pub loading: Loading,
     /// How to render.
     #[command(flatten)]
-    pub axes: AxisOptions<OneConfiguration>,
+    pub parameters: ParameterOptions<OneConfiguration>,
 }

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use caustics::experiment::axis::PATHS_PER_PIXEL;
+use caustics::experiment::parameter::PATHS_PER_PIXEL;
 use caustics::experiment::result::CellResult;
 use caustics::experiment::store::{Results, create};
 use caustics::experiment::sweep::config::{self, Config, EnvironmentTable, ErrorTable, TimeTable};
@@ -60,10 +60,10 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         return Err(Usage("--reference-frames 0: give at least 1".into()).into());
     }
     check_size(view.width, view.height)?;
-    let mut matrix = options.axes.table()?;
+    let mut matrix = options.parameters.table()?;
     matrix.scene = vec![options.scene.clone()];
     matrix.camera = camera(view)?;
-    if !options.axes.has(&PATHS_PER_PIXEL) {
+    if !options.parameters.has(&PATHS_PER_PIXEL) {
         matrix.add("light_paths", PATHS_PER_PIXEL.default).map_err(Usage)?;
     }
     let Exposure::Stops(exposure) = view.exposure else {

@@ -43,7 +43,7 @@ struct Output<'a> {
 /// Renders the frame, and those before it, and tells what happened at the pixel.
 pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     let Inspect { pixel, frame, view, time, .. } = options;
-    let (cell, preset) = configuration(&options.axes, options.preset, *frame > 0)?;
+    let (cell, preset) = configuration(&options.parameters, options.preset, *frame > 0)?;
     let frames = frame.checked_add(1).ok_or_else(|| Usage(format!("--frame {frame}: give a smaller one")))?;
     let method = cell.method;
     let settings = settings(view, &cell, preset.frames().max(frames))?;

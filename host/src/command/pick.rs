@@ -10,7 +10,7 @@ use crate::cli::{Debug, Machine, Tracer, Usage};
 /// Threads at most: more than any machine has cores.
 const MAX_THREADS: usize = 1024;
 
-/// What will run, and the reason in one line. `runner` is a name of the axis of that name.
+/// What will run, and the reason in one line. `runner` is a name of the parameter of that name.
 pub fn pick(
     runner: &str,
     machine: &Machine,

@@ -12,7 +12,7 @@ use crate::cli::{Reference, Usage};
 
 /// Path traces until a reference is good enough.
 pub fn run(options: Reference) -> anyhow::Result<ExitCode> {
-    let Reference { common, axes, time, spp, seconds, target_relmse } = options;
+    let Reference { common, parameters, time, spp, seconds, target_relmse } = options;
     if let Some(spp @ 0..2) = spp {
         return Err(Usage(format!("--spp {spp}: a variance needs at least 2 samples")).into());
     }
@@ -25,7 +25,7 @@ pub fn run(options: Reference) -> anyhow::Result<ExitCode> {
     let endless = limit.is_none() && target_relmse.is_none();
     let stop = Stop { frames: spp.or(endless.then_some(1024)), time: limit, relative_error: target_relmse };
     // Averaged, however many samples it will be.
-    let cell = Cell { method: &PATH, ..axes.cell()? }.effective();
+    let cell = Cell { method: &PATH, ..parameters.cell()? }.effective();
     let settings = settings(&common.view, &cell, u32::MAX)?;
     Job { common, settings, cell, time, stop }.run()
 }

@@ -33,8 +33,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use caustics::experiment::axis::{HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
+use caustics::experiment::parameter::{HISTORY, PATH_HISTORY};
 use caustics::scene::{self, CameraChoice, Eye, Position, Staged, Viewpoint};
 use caustics::threads;
 use caustics_kernels::history::VALIDATED;
@@ -156,8 +156,9 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
 /// How to render where nobody says: with histories while something moves.
 fn cell(options: &Viewer) -> Result<Cell, Usage> {
     let histories = [(&HISTORY, VALIDATED.name), (&PATH_HISTORY, PathHistory::Validated.name())];
-    let defaults: Vec<_> = histories.into_iter().filter(|_| !options.axes.has_render_options()).collect();
-    options.axes.cell_of(&defaults)
+    let defaults: Vec<_> =
+        histories.into_iter().filter(|_| !options.parameters.has_render_options()).collect();
+    options.parameters.cell_of(&defaults)
 }
 
 /// The camera; one that was placed, by where it is.

@@ -1,13 +1,13 @@
-//! A matrix: lists of values of the axes, of which all combinations are cells.
+//! A matrix: lists of values of the parameters, of which all combinations are cells.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::axis::{AXES, Axis, RUNNER};
 use super::cell::{Cell, default_gather, has_ray_queries, runner_name};
-use super::cell_axes::name_all;
+use super::cell_parameters::name_all;
+use super::parameter::{PARAMETERS, Parameter, RUNNER};
 use crate::session::RunnerChoice;
 
-/// Values of the axes; an axis without any has its usual one.
+/// Values of the parameters; a parameter without any has its usual one.
 #[derive(Clone, Debug, Default)]
 pub struct Matrix {
     lists: BTreeMap<&'static str, Vec<String>>,
@@ -23,25 +23,25 @@ pub struct Cells {
 }
 
 impl Matrix {
-    /// Adds a value of an axis.
+    /// Adds a value of a parameter.
     ///
     /// # Errors
-    /// What a value of the axis must be.
-    pub fn add(&mut self, axis: &Axis, value: &str) -> Result<(), String> {
-        axis.check(value)?;
-        self.lists.entry(axis.key).or_default().push(value.into());
+    /// What a value of the parameter must be.
+    pub fn add(&mut self, parameter: &Parameter, value: &str) -> Result<(), String> {
+        parameter.check(value)?;
+        self.lists.entry(parameter.key).or_default().push(value.into());
         Ok(())
     }
 
-    /// The values of an axis.
-    pub fn values(&self, axis: &Axis) -> Vec<&str> {
-        let given = self.lists.get(axis.key);
-        given.map_or(vec![axis.default], |list| list.iter().map(String::as_str).collect())
+    /// The values of a parameter.
+    pub fn values(&self, parameter: &Parameter) -> Vec<&str> {
+        let given = self.lists.get(parameter.key);
+        given.map_or(vec![parameter.default], |list| list.iter().map(String::as_str).collect())
     }
 
-    /// Whether an axis was given values.
-    pub fn has(&self, axis: &Axis) -> bool {
-        self.lists.contains_key(axis.key)
+    /// Whether a parameter was given values.
+    pub fn has(&self, parameter: &Parameter) -> bool {
+        self.lists.contains_key(parameter.key)
     }
 
     /// How many combinations there are.
@@ -59,16 +59,16 @@ impl Matrix {
         runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
     ) -> anyhow::Result<Cells> {
         let mut cells = vec![Cell::new(&caustics_kernels::method::basic::BASIC)];
-        let others = AXES.into_iter().rev().filter(|axis| **axis != RUNNER);
-        for axis in std::iter::once(&RUNNER).chain(others) {
+        let others = PARAMETERS.into_iter().rev().filter(|parameter| **parameter != RUNNER);
+        for parameter in std::iter::once(&RUNNER).chain(others) {
             let mut more = Vec::new();
             let mut seen = BTreeSet::new();
-            let mut values = self.values(axis);
+            let mut values = self.values(parameter);
             values.retain(|value| seen.insert(*value));
             for cell in &cells {
                 for value in &values {
                     let mut cell = cell.clone();
-                    axis.set(&mut cell, value).map_err(anyhow::Error::msg)?;
+                    parameter.set(&mut cell, value).map_err(anyhow::Error::msg)?;
                     more.push(cell);
                 }
             }
@@ -106,14 +106,16 @@ pub fn keep_one_of_each(cells: &mut Vec<Cell>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::{DENOISER, FEATURES, GATHER, HISTORY, METHOD, PATHS_PER_PIXEL, RADIUS_PX};
+    use crate::experiment::parameter::{
+        DENOISER, FEATURES, GATHER, HISTORY, METHOD, PATHS_PER_PIXEL, RADIUS_PX,
+    };
     use caustics_kernels::gather::variant;
     use caustics_kernels::{denoiser, history};
 
     fn matrix(gathers: &[&str]) -> Matrix {
         let mut matrix = Matrix::default();
         let names = |all: Vec<&'static str>| all;
-        for (axis, values) in [
+        for (parameter, values) in [
             (&METHOD, vec!["basic", "path"]),
             (&GATHER, gathers.to_vec()),
             (&HISTORY, names(history::ALL.iter().map(|of| of.name).collect())),
@@ -124,7 +126,7 @@ mod tests {
             (&RUNNER, vec!["cpu"]),
         ] {
             for value in values {
-                matrix.add(axis, value).unwrap();
+                matrix.add(parameter, value).unwrap();
             }
         }
         matrix

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::axis::{Axis, Values};
 use super::cost::Cost;
 use super::error::Measure;
+use super::parameter::{Parameter, Values};
 
 /// A cell, its measures, and where they come from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -38,12 +38,12 @@ pub struct CellConfig {
     /// `cone` or `finest`; empty in files older than the choice, which are of `cone`.
     #[serde(default)]
     pub texture_filter: String,
-    /// The value of each axis by its key.
+    /// The value of each parameter by its key.
     #[serde(flatten)]
     values: BTreeMap<String, Value>,
 }
 
-/// The value of an axis.
+/// The value of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 enum Value {
@@ -51,46 +51,46 @@ enum Value {
     Name(String),
 }
 
-/// Keys of axes in older files, and what they are called now.
+/// Keys of parameters in older files, and what they are called now.
 pub const RENAMED: [(&str, &str); 3] =
     [("connections", "light_sampler"), ("filter", "denoiser"), ("needs", "features")];
 
 impl CellConfig {
-    /// A scene and a camera; no axis has a value yet.
+    /// A scene and a camera; no parameter has a value yet.
     pub fn new(scene: &str, camera: &str) -> CellConfig {
         CellConfig { scene: scene.into(), camera: camera.into(), ..CellConfig::default() }
     }
 
-    /// The value of an axis in words; empty where the axis is younger than the file.
-    pub fn text(&self, axis: &Axis) -> String {
-        match self.values.get(axis.key) {
+    /// The value of a parameter in words; empty where the parameter is younger than the file.
+    pub fn text(&self, parameter: &Parameter) -> String {
+        match self.values.get(parameter.key) {
             Some(Value::Number(number)) => number.to_string(),
             Some(Value::Name(name)) => name.clone(),
             None => String::new(),
         }
     }
 
-    /// The value of an axis as a number; 0 where it is none.
-    pub fn number(&self, axis: &Axis) -> f64 {
-        if let Some(Value::Number(number)) = self.values.get(axis.key) { *number } else { 0.0 }
+    /// The value of a parameter as a number; 0 where it is none.
+    pub fn number(&self, parameter: &Parameter) -> f64 {
+        if let Some(Value::Number(number)) = self.values.get(parameter.key) { *number } else { 0.0 }
     }
 
-    /// Sets the value of an axis.
-    pub fn set(&mut self, axis: &Axis, text: &str) {
-        let value = match (axis.values, text.parse()) {
+    /// Sets the value of a parameter.
+    pub fn set(&mut self, parameter: &Parameter, text: &str) {
+        let value = match (parameter.values, text.parse()) {
             (Values::Numbers(_), Ok(number)) => Value::Number(number),
             _ => Value::Name(text.into()),
         };
-        self.values.insert(axis.key.into(), value);
+        self.values.insert(parameter.key.into(), value);
     }
 
-    /// The same with another value of an axis.
-    pub fn with(mut self, axis: &Axis, text: &str) -> CellConfig {
-        self.set(axis, text);
+    /// The same with another value of a parameter.
+    pub fn with(mut self, parameter: &Parameter, text: &str) -> CellConfig {
+        self.set(parameter, text);
         self
     }
 
-    /// Calls the axes of older files as they are called now.
+    /// Calls the parameters of older files as they are called now.
     pub fn rename(&mut self) {
         for (old, new) in RENAMED {
             if let Some(value) = self.values.remove(old) {

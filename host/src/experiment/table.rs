@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use super::axis::{AXES, HISTORY};
 use super::error::{CAUSTICS_VARIANCE, FLIP, MEASURES, Measure};
 use super::gain::gain;
+use super::parameter::{HISTORY, PARAMETERS};
 use super::result::{CellError, CellResult, CellTime, FrameResult, Quartiles};
 use crate::metric::percentile::quantile;
 
@@ -156,8 +156,8 @@ fn passes(lines: &mut Lines, results: &[(String, CellResult)]) {
 /// CSV with a row for each cell and pass.
 pub fn passes_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(Vec::new());
-    let axes = AXES.map(|axis| axis.key);
-    table.write_record(["identity", "scene"].iter().chain(&axes).chain(&[
+    let parameters = PARAMETERS.map(|parameter| parameter.key);
+    table.write_record(["identity", "scene"].iter().chain(&parameters).chain(&[
         "pass",
         "median_ms",
         "lower_ms",
@@ -166,7 +166,7 @@ pub fn passes_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     for result in results {
         for (pass, of) in result.time.iter().flat_map(|time| &time.pass_ms) {
             let mut record = vec![result.identity.clone(), result.cell.scene.clone()];
-            record.extend(AXES.map(|axis| result.cell.text(axis)));
+            record.extend(PARAMETERS.map(|parameter| result.cell.text(parameter)));
             record.push(pass.clone());
             record.extend([of.median, of.lower, of.upper].map(|ms| ms.to_string()));
             table.write_record(&record)?;
@@ -181,14 +181,15 @@ pub fn frames_csv(results: &[CellResult]) -> anyhow::Result<Option<Vec<u8>>> {
         return Ok(None);
     }
     let mut table = csv::Writer::from_writer(Vec::new());
-    let (axes, measures) = (AXES.map(|axis| axis.key), MEASURES.map(|measure| measure.key));
+    let (parameters, measures) =
+        (PARAMETERS.map(|parameter| parameter.key), MEASURES.map(|measure| measure.key));
     table.write_record(
-        ["identity", "scene"].iter().chain(&axes).chain(&["frame", "total_ms"]).chain(&measures),
+        ["identity", "scene"].iter().chain(&parameters).chain(&["frame", "total_ms"]).chain(&measures),
     )?;
     for result in results {
         for frame in &result.frames {
             let mut record = vec![result.identity.clone(), result.cell.scene.clone()];
-            record.extend(AXES.map(|axis| result.cell.text(axis)));
+            record.extend(PARAMETERS.map(|parameter| result.cell.text(parameter)));
             record.push(frame.frame.to_string());
             record.push(text(frame.total_ms));
             record.extend(MEASURES.map(|measure| text(frame.get(measure))));
@@ -230,7 +231,7 @@ const COMPARED: [Column<CellError>; 3] = [
 pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(Vec::new());
     let mut heads = vec!["identity", "scene", "camera"];
-    heads.extend(AXES.map(|axis| axis.key));
+    heads.extend(PARAMETERS.map(|parameter| parameter.key));
     heads.extend(TIMES.map(|(head, _)| head));
     heads.extend(COMPARED.map(|(head, _)| head));
     heads.extend(MEASURES.map(|measure| measure.key));
@@ -239,7 +240,7 @@ pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     for result in results {
         let CellResult { identity, cell, time, error, provenance: from, note, .. } = result;
         let mut record = vec![identity.clone(), cell.scene.clone(), cell.camera.clone()];
-        record.extend(AXES.map(|axis| cell.text(axis)));
+        record.extend(PARAMETERS.map(|parameter| cell.text(parameter)));
         record.extend(TIMES.map(|(_, of)| text(time.as_ref().and_then(of))));
         record.extend(COMPARED.map(|(_, of)| text(error.as_ref().and_then(of))));
         record.extend(MEASURES.map(|measure| text(error.as_ref().and_then(|error| error.get(measure)))));
@@ -293,7 +294,11 @@ mod tests {
         for csv in [cells_csv(&results).unwrap(), frames_csv(&results).unwrap().unwrap()] {
             let csv = String::from_utf8(csv).unwrap();
             let head = csv.lines().next().unwrap();
-            for key in AXES.map(|axis| axis.key).into_iter().chain(MEASURES.map(|measure| measure.key)) {
+            for key in PARAMETERS
+                .map(|parameter| parameter.key)
+                .into_iter()
+                .chain(MEASURES.map(|measure| measure.key))
+            {
                 assert!(head.split(',').any(|column| column == key), "{key}");
             }
         }

@@ -93,8 +93,8 @@ fn table(changes: &[Change]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::METHOD;
     use crate::experiment::error::FLIP;
+    use crate::experiment::parameter::METHOD;
     use crate::experiment::result::{CellConfig, CellError, CellResult, CellTime};
 
     fn cell(method: &str, ms: f64, flip: f64, flip_off: f64) -> Measured {

@@ -7,8 +7,8 @@ use super::name::Names;
 use super::number::short;
 use super::scene::ReportScene;
 use super::table::{Column, Table, TableValue};
-use crate::experiment::axis::{AXES, Axis, Values};
 use crate::experiment::error::MEASURES;
+use crate::experiment::parameter::{PARAMETERS, Parameter, Values};
 use crate::experiment::result::{CellResult, CellTime};
 
 type Of<T> = fn(&T) -> Option<f64>;
@@ -42,13 +42,13 @@ fn columns(cells: &[&Measured]) -> Vec<Column> {
         values: cells.iter().map(|cell| of(&cell.result)).collect(),
     };
     let mut columns = Vec::new();
-    for axis in AXES {
-        let value = |result: &CellResult| match (axis.values, result.cell.text(axis)) {
+    for parameter in PARAMETERS {
+        let value = |result: &CellResult| match (parameter.values, result.cell.text(parameter)) {
             (_, text) if text.is_empty() => TableValue::None,
             (Values::Names(_), text) => TableValue::Text(text),
-            (Values::Numbers(_), _) => setting(Some(result.cell.number(axis))),
+            (Values::Numbers(_), _) => setting(Some(result.cell.number(parameter))),
         };
-        columns.push(column(axis.head, axis.key, &value));
+        columns.push(column(parameter.head, parameter.key, &value));
     }
     for (head, key, of) in TIMES {
         let whole = ["frames", "light_paths"].contains(&key);
@@ -77,7 +77,7 @@ pub fn table(scene: &ReportScene) -> (Table, Vec<(&'static str, String)>) {
     let mut common = Vec::new();
     let columns = columns(&scene.cells).into_iter().filter(|column| {
         let is_setting =
-            Axis::find(&column.key).is_some() || ["frames", "seeds"].contains(&column.key.as_str());
+            Parameter::find(&column.key).is_some() || ["frames", "seeds"].contains(&column.key.as_str());
         let is_constant = column.values.len() > 1 && column.values.windows(2).all(|pair| pair[0] == pair[1]);
         if is_setting && is_constant {
             match &column.values[0] {

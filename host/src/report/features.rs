@@ -7,7 +7,7 @@ use super::load::Measured;
 use super::name::Names;
 use super::scene::ReportScene;
 use super::table::{Column, Table, TableValue};
-use crate::experiment::axis::FEATURES;
+use crate::experiment::parameter::FEATURES;
 use crate::scene;
 
 /// The default of `--specular-roughness`, which decides what is a caster.
@@ -115,7 +115,7 @@ fn unneeded(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::{METHOD, PATHS_PER_PIXEL};
+    use crate::experiment::parameter::{METHOD, PATHS_PER_PIXEL};
     use crate::experiment::result::{CellConfig, CellResult, CellTime, Quartiles};
     use crate::report::scene::scenes;
 

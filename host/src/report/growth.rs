@@ -12,7 +12,7 @@ use super::name::{COLORS, SHAPES, Series};
 use super::number::{at, number, short};
 use super::plot::Area;
 use super::table::{Column, Table, TableValue};
-use crate::experiment::axis::{self, AXES, MAX_BOUNCES, PATHS_PER_PIXEL, VisualEncoding};
+use crate::experiment::parameter::{MAX_BOUNCES, PARAMETERS, PATHS_PER_PIXEL, Parameter, VisualEncoding};
 use crate::experiment::result::{CellConfig, CellTime, Provenance, Quartiles};
 
 /// Fewest values of a quantity that an exponent is fitted to.
@@ -152,10 +152,15 @@ fn name(cell: &CellConfig, time: &CellTime, quantity: &Quantity) -> Option<Name>
     words.extend((!is("pixels")).then(|| format!("{}×{}", time.width, time.height)));
     words.extend((!is("light-paths")).then(|| format!("{} light paths", time.light_paths)));
     words.push(format!("camera {}", cell.camera));
-    let own = |axis: &axis::Axis| *axis == PATHS_PER_PIXEL || (*axis == MAX_BOUNCES && is("bounces"));
-    words.extend(AXES.into_iter().filter(|axis| !own(axis)).filter_map(|axis| match axis.shown {
-        VisualEncoding::Words(_, words) if cell.text(axis) != axis.neutral => Some(words(&cell.text(axis))),
-        _ => None,
+    let own =
+        |parameter: &Parameter| *parameter == PATHS_PER_PIXEL || (*parameter == MAX_BOUNCES && is("bounces"));
+    words.extend(PARAMETERS.into_iter().filter(|parameter| !own(parameter)).filter_map(|parameter| {
+        match parameter.shown {
+            VisualEncoding::Words(_, words) if cell.text(parameter) != parameter.neutral => {
+                Some(words(&cell.text(parameter)))
+            }
+            _ => None,
+        }
     }));
     Some(Name { head: format!("{scene} · {}", Series::new(cell).name()), rest: words.join(" · ") })
 }
@@ -314,7 +319,7 @@ fn draw_part(growth: &Growth, part: &Part, rank: usize, x: &Axis, y: &Axis) -> M
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::{METHOD, RADIUS_PX};
+    use crate::experiment::parameter::{METHOD, RADIUS_PX};
     use crate::experiment::result::{CellResult, Quartiles};
 
     fn cell(light_paths: u32, shoot: f64, gather: f64) -> Measured {

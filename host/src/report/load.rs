@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
-use crate::experiment::axis::{AXES, Axis, Values};
+use crate::experiment::parameter::{PARAMETERS, Parameter, Values};
 use crate::experiment::result::CellResult;
 use crate::experiment::store;
 
@@ -60,9 +60,14 @@ pub fn load(folders: &[PathBuf]) -> anyhow::Result<(Vec<Measured>, Vec<String>)>
 /// Cells of one scene together, those that differ in their paths only beside each other.
 fn order(result: &CellResult) -> (&str, &str, Vec<String>, Vec<f64>, &str) {
     let cell = &result.cell;
-    let is_name = |axis: &&&Axis| matches!(axis.values, Values::Names(_));
-    let names = AXES.iter().filter(is_name).map(|axis| cell.text(axis)).collect();
-    let numbers = AXES.iter().rev().filter(|axis| !is_name(axis)).map(|axis| cell.number(axis)).collect();
+    let is_name = |parameter: &&&Parameter| matches!(parameter.values, Values::Names(_));
+    let names = PARAMETERS.iter().filter(is_name).map(|parameter| cell.text(parameter)).collect();
+    let numbers = PARAMETERS
+        .iter()
+        .rev()
+        .filter(|parameter| !is_name(parameter))
+        .map(|parameter| cell.number(parameter))
+        .collect();
     (&cell.scene, &cell.camera, names, numbers, &result.identity)
 }
 

@@ -2,7 +2,7 @@
 
 use super::load::Measured;
 use super::number::short;
-use crate::experiment::axis::{AXES, Axis, METHOD, Values, VisualEncoding};
+use crate::experiment::parameter::{METHOD, PARAMETERS, Parameter, Values, VisualEncoding};
 use crate::experiment::result::{CellConfig, Provenance};
 
 /// Number of colours in `report.css`.
@@ -39,10 +39,11 @@ impl Series {
     /// The series of a cell.
     pub fn new(cell: &CellConfig) -> Series {
         let of = |wanted: fn(&VisualEncoding) -> bool| {
-            let axes = AXES.into_iter().filter(move |axis| wanted(&axis.shown));
+            let parameters = PARAMETERS.into_iter().filter(move |parameter| wanted(&parameter.shown));
             // A method is said, and of the rest what adds something to it.
-            let named = axes.filter(|axis| **axis == METHOD || cell.text(axis) != axis.neutral);
-            let texts = named.map(|axis| cell.text(axis)).filter(|name| is_informative(name));
+            let named = parameters
+                .filter(|parameter| **parameter == METHOD || cell.text(parameter) != parameter.neutral);
+            let texts = named.map(|parameter| cell.text(parameter)).filter(|name| is_informative(name));
             texts.collect::<Vec<_>>().join(" + ")
         };
         Series {
@@ -73,7 +74,7 @@ pub struct Names {
     kinds: Vec<String>,
     gathers: Vec<String>,
     series: Vec<Series>,
-    varies: Vec<&'static Axis>,
+    varies: Vec<&'static Parameter>,
     sizes_vary: bool,
     origins_vary: Vec<&'static Origin>,
 }
@@ -123,7 +124,10 @@ impl Names {
         let differ = |of: &dyn Fn(&Measured) -> String| cells.iter().any(|cell| of(cell) != of(cells[0]));
         let origins = ORIGINS.iter();
         Names {
-            varies: AXES.into_iter().filter(|axis| differ(&|cell| cell.result.cell.text(axis))).collect(),
+            varies: PARAMETERS
+                .into_iter()
+                .filter(|parameter| differ(&|cell| cell.result.cell.text(parameter)))
+                .collect(),
             sizes_vary: differ(&|cell| size(cell)),
             origins_vary: origins.filter(|origin| differ(&|cell| origin(&cell.result.provenance))).collect(),
             ..self.clone()
@@ -166,15 +170,15 @@ impl Names {
         let (size, origin) = (size(cell), self.origin(cell));
         let cell = &cell.result.cell;
         let mut parts = vec![Series::new(cell).name()];
-        for axis in AXES {
-            let VisualEncoding::Words(_, words) = axis.shown else { continue };
-            let text = match axis.values {
-                Values::Numbers(_) if cell.number(axis) > 0.0 => short(cell.number(axis)),
+        for parameter in PARAMETERS {
+            let VisualEncoding::Words(_, words) = parameter.shown else { continue };
+            let text = match parameter.values {
+                Values::Numbers(_) if cell.number(parameter) > 0.0 => short(cell.number(parameter)),
                 Values::Numbers(_) => continue,
-                Values::Names(_) if cell.text(axis) == axis.neutral => continue,
-                Values::Names(_) => cell.text(axis),
+                Values::Names(_) if cell.text(parameter) == parameter.neutral => continue,
+                Values::Names(_) => cell.text(parameter),
             };
-            if !text.is_empty() && self.varies.contains(&axis) {
+            if !text.is_empty() && self.varies.contains(&parameter) {
                 parts.push(words(&text));
             }
         }
@@ -194,7 +198,7 @@ impl Names {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::{DENOISER, FEATURES, GATHER, HISTORY, PATHS_PER_PIXEL, RUNNER};
+    use crate::experiment::parameter::{DENOISER, FEATURES, GATHER, HISTORY, PATHS_PER_PIXEL, RUNNER};
     use crate::experiment::result::{CellError, CellResult};
     use std::collections::BTreeSet;
 
@@ -230,8 +234,8 @@ mod tests {
     #[test]
     fn names_say_what_differs() {
         let mut cells = [cell("basic", "brute", "paper"), cell("basic", "brute", "paper")];
-        for (axis, value) in [(&RUNNER, "gpu-software"), (&PATHS_PER_PIXEL, "0.5"), (&FEATURES, "all")] {
-            cells[1].result.cell.set(axis, value);
+        for (parameter, value) in [(&RUNNER, "gpu-software"), (&PATHS_PER_PIXEL, "0.5"), (&FEATURES, "all")] {
+            cells[1].result.cell.set(parameter, value);
         }
         cells[1].result.error = Some(CellError { width: 64, height: 36, ..CellError::default() });
         let names = Names::new(&cells);

@@ -127,7 +127,7 @@ fn sentence(kinds: &[&Kind], base: &Kind, scenes: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::METHOD;
+    use crate::experiment::parameter::METHOD;
     use crate::experiment::result::{CellConfig, CellError, CellResult, CellTime, Quartiles};
     use crate::report::scene::scenes;
 

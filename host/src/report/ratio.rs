@@ -49,8 +49,8 @@ pub fn ratios(scene: &ReportScene, names: &Names) -> Option<Table> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::METHOD;
     use crate::experiment::error::FLIP;
+    use crate::experiment::parameter::METHOD;
     use crate::experiment::result::{CellConfig, CellError, CellResult, CellTime};
     use crate::report::scene::scenes;
 

@@ -2,7 +2,7 @@
 
 use super::load::Measured;
 use super::name::Names;
-use crate::experiment::axis::{FEATURES, PATHS_PER_PIXEL};
+use crate::experiment::parameter::{FEATURES, PATHS_PER_PIXEL};
 
 /// A scene of the report.
 #[derive(Debug)]
@@ -88,7 +88,7 @@ fn common_paths(cells: &[&Measured], names: &Names) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::METHOD;
+    use crate::experiment::parameter::METHOD;
     use crate::experiment::result::{CellConfig, CellResult};
 
     fn cell(scene: &str, method: &str, paths: f64, features: &str) -> Measured {

@@ -12,8 +12,8 @@ use super::pareto::pareto;
 use super::plot::Area;
 use super::scene::ReportScene;
 use super::tip::tip;
-use crate::experiment::axis::{FEATURES, METHOD, PATHS_PER_PIXEL, RUNNER};
 use crate::experiment::error::Measure;
+use crate::experiment::parameter::{FEATURES, METHOD, PATHS_PER_PIXEL, RUNNER};
 
 /// How the fronts of several runners are drawn: in words, and as lengths of dashes and gaps.
 const DASHES: [(&str, &str); 3] = [("solid", "none"), ("dashed", "7 4"), ("dotted", "2 3")];

@@ -3,8 +3,8 @@
 use super::load::Measured;
 use super::name::Names;
 use super::number::number;
-use crate::experiment::axis::{AXES, Axis, PATHS_PER_PIXEL, VisualEncoding};
 use crate::experiment::error::{MEASURES, Measure};
+use crate::experiment::parameter::{PARAMETERS, PATHS_PER_PIXEL, Parameter, VisualEncoding};
 
 /// The name, then a line a number; numbers that are missing have none.
 pub fn tip(cell: &Measured, names: &Names) -> String {
@@ -24,12 +24,12 @@ pub fn tip(cell: &Measured, names: &Names) -> String {
         lines.extend(MEASURES.into_iter().filter_map(value));
         lines.push(format!("errors at {}×{}, {} seeds", error.width, error.height, error.seeds));
     }
-    let words = |axis: &Axis| match (axis.shown, config.text(axis)) {
-        (VisualEncoding::Words(_, words), text) if !text.is_empty() && *axis != PATHS_PER_PIXEL => {
+    let words = |parameter: &Parameter| match (parameter.shown, config.text(parameter)) {
+        (VisualEncoding::Words(_, words), text) if !text.is_empty() && *parameter != PATHS_PER_PIXEL => {
             Some(words(&text))
         }
         _ => None,
     };
-    lines.push(AXES.into_iter().filter_map(words).collect::<Vec<_>>().join(", "));
+    lines.push(PARAMETERS.into_iter().filter_map(words).collect::<Vec<_>>().join(", "));
     lines.join("\n")
 }

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assert_cmd::Command;
-use caustics::experiment::axis::METHOD;
 use caustics::experiment::error::{FLIP, FLIP_CAUSTICS, RELMSE};
+use caustics::experiment::parameter::METHOD;
 use caustics::experiment::result::CellResult;
 use scraper::{Html, Selector};
 use tempfile::TempDir;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assert_cmd::Command;
-use caustics::experiment::axis::{HISTORY, METHOD, PATHS_PER_PIXEL};
 use caustics::experiment::error::{CAUSTICS_VARIANCE, FLIP, FLIP_CAUSTICS, RELMSE_CAUSTICS};
+use caustics::experiment::parameter::{HISTORY, METHOD, PATHS_PER_PIXEL};
 use caustics::experiment::result::CellResult;
 use caustics::experiment::store;
 use caustics::scene;

@@ -220,7 +220,7 @@ fn nobody_comes_without_the_token_or_from_another_page() {
 fn pages_that_misbehave_are_answered_and_the_others_go_on() {
     let program = Program::start();
     let mut controller = program.own_page();
-    assert!(controller.until(|word| (word["is"] == "wheel").then(|| word["steers"] == true)));
+    assert!(controller.until(|word| (word["is"] == "control").then(|| word["has_control"] == true)));
 
     for (wrong, what) in [
         ("", "no message"),
@@ -255,7 +255,7 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
     // An onlooker cannot steer, one that is too loud is cut off, and one that never reads does no harm.
     let mut onlooker = program.own_page();
     onlooker.send(&json!({ "do": "size", "width": 64, "height": 36 }));
-    assert!(onlooker.error().contains("at the wheel"));
+    assert!(onlooker.error().contains("another page has control"));
     let long = format!(r#"{{"do":"camera","name":"{}"}}"#, "a".repeat(1 << 20));
     let _ = onlooker.0.send(Message::text(long));
     let end = Instant::now() + PATIENCE;

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use caustics::checkpoint::Identity;
-use caustics::experiment::axis::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
 use caustics::experiment::cell::Cell;
+use caustics::experiment::parameter::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
 use caustics::exposure::Exposure;
 use caustics::output::lock;
 use caustics::output::target::TargetError;
@@ -54,7 +54,7 @@ pub struct AnimationPlan {
 impl AnimationPlan {
     /// Checks what no type can, but for the frames.
     pub fn new(options: &Animate) -> anyhow::Result<AnimationPlan> {
-        let Animate { common, axes, fps, .. } = options;
+        let Animate { common, parameters, fps, .. } = options;
         let is_live = common.tev.is_some() || common.refresh.is_some();
         if common.png.is_some() || common.resume || common.no_ledger || is_live {
             return Err(Usage(
@@ -65,18 +65,18 @@ impl AnimationPlan {
             .into());
         }
         check_fps(*fps)?;
-        let mut cell = axes.cell()?;
-        if !axes.has(&HISTORY) && cell.method.supports_history {
+        let mut cell = parameters.cell()?;
+        if !parameters.has(&HISTORY) && cell.method.supports_history {
             cell.history = &history::VALIDATED;
         }
-        if !axes.has(&PATH_HISTORY) && cell.history.settings.is_some() {
+        if !parameters.has(&PATH_HISTORY) && cell.history.settings.is_some() {
             cell.path_history = PathHistory::Validated;
         }
         match cell.path_history {
             // Longer histories gain more from numbers that are even over frames; they and a denoiser go together.
-            PathHistory::Validated if !axes.has(&DENOISER) => cell.denoiser = &denoiser::ATROUS,
+            PathHistory::Validated if !parameters.has(&DENOISER) => cell.denoiser = &denoiser::ATROUS,
             // Frames that nothing connects are looked at one by one.
-            PathHistory::None if !axes.has(&SAMPLER) => cell.sampler = Sampler::Blue,
+            PathHistory::None if !parameters.has(&SAMPLER) => cell.sampler = Sampler::Blue,
             _ => {}
         }
         let settings = settings(&common.view, &cell, 1)?.for_method(cell.method);

@@ -59,13 +59,13 @@ async fn listen(
                 shown.send_replace(serial);
                 None
             }
-            Ok(Message::Wheel) => {
+            Ok(Message::TakeControl) => {
                 page.take_control();
                 None
             }
-            Ok(_) if !page.has_control() => {
-                Some(json!({ "is": "error", "what": "another page is at the wheel" }))
-            }
+            Ok(_) if !page.has_control() => Some(
+                json!({ "is": "error", "what": "another page has control; take it to change anything here" }),
+            ),
             Ok(Message::Pick { x, y }) => {
                 answer(shared, "picked", Query::Pick([x, y]), words.clone());
                 None
@@ -182,7 +182,7 @@ async fn speak(
             changed = holder.changed() => {
                 changed.ok()?;
                 holder.mark_unchanged();
-                let word = json!({ "is": "wheel", "steers": page.has_control(), "pages": page.pages() });
+                let word = json!({ "is": "control", "has_control": page.has_control(), "pages": page.pages() });
                 sink.send(Packet::text(word.to_string())).await.ok()?;
             }
             changed = was_shown.changed() => {

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use caustics::experiment::axis::{MAX_BOUNCES, RUNNER};
 use caustics::experiment::cell::Cell;
+use caustics::experiment::parameter::{MAX_BOUNCES, RUNNER};
 use caustics::kernels::{Source, Watch};
 use caustics::scene::{CameraChoice, SceneCamera};
 use caustics_kernels::method::path::PATH;
@@ -200,9 +200,9 @@ impl<'a> Engine<'a> {
             Against::Other => Some(still(other)),
             Against::Reference => {
                 let mut reference = Cell::new(&PATH);
-                for axis in [&RUNNER, &MAX_BOUNCES] {
-                    // A value that an axis has itself is one that it takes.
-                    let _ = axis.set(&mut reference, &axis.get(own));
+                for parameter in [&RUNNER, &MAX_BOUNCES] {
+                    // A value that a parameter has itself is one that it takes.
+                    let _ = parameter.set(&mut reference, &parameter.get(own));
                 }
                 Some(Cell { asked_runner: own.asked_runner, ..reference }.effective())
             }

@@ -1,6 +1,6 @@
 //! The page: one document that holds all it needs.
 
-use caustics::experiment::axis::{AXES, Axis, Values};
+use caustics::experiment::parameter::{PARAMETERS, Parameter, Values};
 use caustics::report;
 use caustics::scene::{CameraChoice, Scene};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -74,8 +74,8 @@ fn document(scene: &Scene, request: &ViewRequest, run: &str) -> Markup {
                     p #state role="status" { "connecting" }
                     p #scale .dim {}
                     p #pages .dim {}
-                    button #take type="button" hidden { "Take the wheel" }
-                    button #restore type="button" data-wheel hidden { "Restore my last settings" }
+                    button #take type="button" hidden { "Take control" }
+                    button #restore type="button" data-control hidden { "Restore my last settings" }
                 }
                 main {
                     (stage())
@@ -101,7 +101,7 @@ fn stage() -> Markup {
             p #notice role="alert" hidden {}
             p #failure role="alert" hidden {}
             div .tools {
-                button #inspect type="button" aria-pressed="false" data-wheel { "Inspect a pixel" }
+                button #inspect type="button" aria-pressed="false" data-control { "Inspect a pixel" }
                 p #picked .dim {}
             }
             table #inspected {}
@@ -120,13 +120,13 @@ fn panel(scene: &Scene, request: &ViewRequest) -> Markup {
             section aria-label="View" {
                 h2 { "View" }
                 (field("camera", "Camera", &cameras(scene, request)))
-                (field("fov", "Field of view (degrees)", &html! { input #fov type="number" min="0.1" max="170" step="any" data-wheel; }))
+                (field("fov", "Field of view (degrees)", &html! { input #fov type="number" min="0.1" max="170" step="any" data-control; }))
                 (field("layer", "Layer", &select("layer", &Layer::ALL.map(|(_, name, description)| (name, description)))))
                 div .field {
                     label for="stops" { "Exposure (stops)" }
                     span .pair {
-                        input #stops type="number" step="0.1" min="-64" max="64" value="0" data-wheel;
-                        label { input #auto type="checkbox" checked data-wheel; " auto" }
+                        input #stops type="number" step="0.1" min="-64" max="64" value="0" data-control;
+                        label { input #auto type="checkbox" checked data-control; " auto" }
                     }
                 }
                 @if scene.is_animated() { (time(scene, request)) }
@@ -136,8 +136,8 @@ fn panel(scene: &Scene, request: &ViewRequest) -> Markup {
             section aria-label="Method" {
                 h2 { "How to render" }
                 div .axes {
-                    div #own { (axes(0)) }
-                    div #other hidden { h3 { "On the right of the wipe" } (axes(1)) }
+                    div #own { (parameters(0)) }
+                    div #other hidden { h3 { "On the right of the wipe" } (parameters(1)) }
                 }
             }
             (objects(scene))
@@ -146,12 +146,12 @@ fn panel(scene: &Scene, request: &ViewRequest) -> Markup {
                 div .field {
                     label for="width" { "Size (px)" }
                     span .pair {
-                        input #width type="number" min="1" max="16384" data-wheel;
-                        input #height type="number" min="1" max="16384" aria-label="Height (px)" data-wheel;
+                        input #width type="number" min="1" max="16384" data-control;
+                        input #height type="number" min="1" max="16384" aria-label="Height (px)" data-control;
                     }
                 }
-                (field("rate", "Frames a second while moving", &html! { input #rate type="number" min="0.1" max="240" step="any" data-wheel; }))
-                button #pause type="button" aria-pressed="false" data-wheel { "Pause" }
+                (field("rate", "Frames a second while moving", &html! { input #rate type="number" min="0.1" max="240" step="any" data-control; }))
+                button #pause type="button" aria-pressed="false" data-control { "Pause" }
             }
             section aria-label="Take it away" {
                 h2 { "Take it away" }
@@ -160,7 +160,7 @@ fn panel(scene: &Scene, request: &ViewRequest) -> Markup {
                     button type="button" data-save="image.exr" { "EXR" }
                     button #save-edits type="button" data-save="edits.toml" hidden { "Edits" }
                     button #save-recording type="button" data-save="animation.toml" hidden { "Animation" }
-                    button #record type="button" aria-pressed="false" data-wheel { "Record" }
+                    button #record type="button" aria-pressed="false" data-control { "Record" }
                     button #copy type="button" disabled { "Copy as command" }
                 }
                 pre { code #command {} }
@@ -183,7 +183,7 @@ fn field(id: &str, name: &str, control: &Markup) -> Markup {
 
 fn select(id: &str, options: &[(&str, &str)]) -> Markup {
     html! {
-        select id=(id) data-wheel {
+        select id=(id) data-control {
             @for (value, description) in options { option value=(value) title=(description) { (description) } }
         }
     }
@@ -194,7 +194,7 @@ fn cameras(scene: &Scene, request: &ViewRequest) -> Markup {
     let of_file = scene.cameras.iter().filter(|camera| !camera.name.starts_with("--"));
     let is_chosen = |name: &str| matches!(&request.camera, CameraChoice::Named(chosen) if chosen == name);
     html! {
-        select #camera data-wheel {
+        select #camera data-control {
             option value="" { "free" }
             @for camera in of_file {
                 option value=(camera.name) selected[is_chosen(&camera.name)] { (camera.name) }
@@ -208,11 +208,11 @@ fn time(scene: &Scene, request: &ViewRequest) -> Markup {
         div .field {
             label for="time" { "Time" }
             span .pair {
-                button #play type="button" aria-pressed="false" data-wheel { "Play" }
+                button #play type="button" aria-pressed="false" data-control { "Play" }
                 span #seconds .dim {}
             }
         }
-        input #time type="range" min="0" max=(scene.duration()) step="any" value=(request.time) aria-label="Time (s)" data-wheel;
+        input #time type="range" min="0" max=(scene.duration()) step="any" value=(request.time) aria-label="Time (s)" data-control;
     }
 }
 
@@ -226,21 +226,21 @@ fn objects(scene: &Scene) -> Markup {
                 h2 { "Objects" }
                 div .field {
                     label for="node" { "Object" }
-                    select #node data-wheel {
+                    select #node data-control {
                         option value="" { "none" }
                         @for node in things { option value=(node.index) { (label(node)) } }
                     }
                 }
                 div #placing hidden {
                     p .buttons {
-                        button #move type="button" aria-pressed="false" data-wheel { "Move by dragging" }
-                        button #put-back type="button" data-wheel { "Put back" }
+                        button #move type="button" aria-pressed="false" data-control { "Move by dragging" }
+                        button #put-back type="button" data-control { "Put back" }
                     }
                     div .field {
                         label for="node-x" { "Translation (m)" }
                         span .pair {
                             @for axis in ["x", "y", "z"] {
-                                input id={ "node-" (axis) } type="number" step="any" aria-label={ "Translation " (axis) " (m)" } data-wheel;
+                                input id={ "node-" (axis) } type="number" step="any" aria-label={ "Translation " (axis) " (m)" } data-control;
                             }
                         }
                     }
@@ -250,32 +250,32 @@ fn objects(scene: &Scene) -> Markup {
     }
 }
 
-/// The axes of a side: the same that are options of the command line.
-fn axes(side: usize) -> Markup {
+/// The parameters of a side: the same that are options of the command line.
+fn parameters(side: usize) -> Markup {
     html! {
-        @for axis in AXES {
-            @let id = format!("axis-{side}-{}", axis.key);
+        @for parameter in PARAMETERS {
+            @let id = format!("axis-{side}-{}", parameter.key);
             div .field {
-                label for=(id) title=(axis.description) { (axis.head) }
-                (axis_control(axis, &id, side))
+                label for=(id) title=(parameter.description) { (parameter.head) }
+                (parameter_control(parameter, &id, side))
             }
         }
     }
 }
 
-fn axis_control(axis: &Axis, id: &str, side: usize) -> Markup {
-    match axis.values {
+fn parameter_control(parameter: &Parameter, id: &str, side: usize) -> Markup {
+    match parameter.values {
         Values::Names(names) => html! {
-            select id=(id) data-axis=(axis.key) data-side=(side) data-wheel {
+            select id=(id) data-axis=(parameter.key) data-side=(side) data-control {
                 // What the machine decides.
-                @if axis.default.is_empty() { option value="" { "auto" } }
+                @if parameter.default.is_empty() { option value="" { "auto" } }
                 @for (name, description) in names() {
                     option value=(name) title=(description) { (name) }
                 }
             }
         },
         Values::Numbers(which) => html! {
-            input id=(id) data-axis=(axis.key) data-side=(side) data-wheel title=(which) spellcheck="false";
+            input id=(id) data-axis=(parameter.key) data-side=(side) data-control title=(which) spellcheck="false";
         },
     }
 }

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use caustics::experiment::axis::{Axis, HISTORY, PATH_HISTORY};
 use caustics::experiment::cell::Cell;
 use caustics::experiment::limits::{check_rays, check_size};
+use caustics::experiment::parameter::{HISTORY, PATH_HISTORY, Parameter};
 use caustics::exposure::Exposure;
 use caustics::scene::{CameraChoice, Edits, NodeEdit, Position};
 use caustics::text::cut;
@@ -116,7 +116,7 @@ pub enum Message {
     /// The page has shown an image.
     Shown { serial: u64 },
     /// The sender takes the control token.
-    Wheel,
+    TakeControl,
 }
 
 impl Message {
@@ -207,17 +207,17 @@ impl ViewRequest {
             | Message::Inspect { .. }
             | Message::Node { .. }
             | Message::Shown { .. }
-            | Message::Wheel => return Ok(false),
+            | Message::TakeControl => return Ok(false),
         }
         self.moves_until = Some(Instant::now() + SETTLES);
         Ok(true)
     }
 
     fn set(&mut self, side: u8, key: &str, value: &str) -> Result<(), String> {
-        let axis = Axis::find(key).ok_or_else(|| format!("there is no axis {key:?}"))?;
+        let parameter = Parameter::find(key).ok_or_else(|| format!("there is no axis {key:?}"))?;
         let cell = self.cells.get_mut(usize::from(side)).ok_or("there are two sides, 0 and 1")?;
         let mut changed = cell.clone();
-        axis.set(&mut changed, value).map_err(|wrong| format!("{}: {wrong}", axis.head))?;
+        parameter.set(&mut changed, value).map_err(|wrong| format!("{}: {wrong}", parameter.head))?;
         check_rays(&changed, self.size[0], self.size[1])?;
         *cell = changed;
         Ok(())
@@ -250,9 +250,9 @@ impl ViewRequest {
 /// The configuration while all stands still and frames are averaged, as `render` does it: no history can help.
 pub fn still(cell: &Cell) -> Cell {
     let mut cell = cell.clone();
-    for axis in [&HISTORY, &PATH_HISTORY] {
-        // A value that an axis has itself is one that it takes.
-        let _ = axis.set(&mut cell, axis.neutral);
+    for parameter in [&HISTORY, &PATH_HISTORY] {
+        // A value that a parameter has itself is one that it takes.
+        let _ = parameter.set(&mut cell, parameter.neutral);
     }
     cell.effective()
 }

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use caustics::experiment::axis::{AXES, Axis, HISTORY, PATH_HISTORY, PATHS_PER_PIXEL, RUNNER};
 use caustics::experiment::cell::{Cell, Paths};
+use caustics::experiment::parameter::{
+    HISTORY, PARAMETERS, PATH_HISTORY, PATHS_PER_PIXEL, Parameter, RUNNER,
+};
 use caustics::output::exr;
 use caustics::scene::{CameraChoice, Recorded, Scene};
 use caustics::shell;
@@ -28,7 +30,7 @@ pub fn exr(job: &RenderJob, scene: &Scene, camera: &str, file: &Path) -> anyhow:
     Ok(exr::encode(&sums.mean(), variance, &attributes)?)
 }
 
-/// Options of `view` that the page decides, or that `render` does not have; axes are left out too.
+/// Options of `view` that the page decides, or that `render` does not have; parameters are left out too.
 const OF_THE_PAGE: [&str; 12] = [
     "edits",
     "port",
@@ -56,8 +58,8 @@ pub fn kept() -> Vec<String> {
     for argument in view.get_arguments() {
         let id = argument.get_id().as_str();
         let is_given = matches.value_source(id) == Some(ValueSource::CommandLine);
-        let is_axis = caustics::experiment::axis::keys().any(|(key, ..)| key == id);
-        if !is_given || is_axis || OF_THE_PAGE.contains(&id) {
+        let is_parameter = caustics::experiment::parameter::keys().any(|(key, ..)| key == id);
+        if !is_given || is_parameter || OF_THE_PAGE.contains(&id) {
             continue;
         }
         // An argument of this process has no NUL.
@@ -116,8 +118,8 @@ pub fn command(kept: &[String], request: &ViewRequest, cell: &Cell, shot: &Shot<
     if time != 0.0 {
         options.push(("time".into(), time.to_string()));
     }
-    let axes = AXES.into_iter().filter(|axis| (axis.not_applicable)(cell).is_none());
-    options.extend(axes.filter_map(|axis| spelled(axis, cell)));
+    let parameters = PARAMETERS.into_iter().filter(|parameter| (parameter.not_applicable)(cell).is_none());
+    options.extend(parameters.filter_map(|parameter| spelled(parameter, cell)));
     options.push(("frames".into(), frames.to_string()));
     // One frame alone would go through the centres of its pixels, and see textures by their footprints.
     if !is_kept("--pixel-filter ") {
@@ -134,17 +136,17 @@ pub fn command(kept: &[String], request: &ViewRequest, cell: &Cell, shot: &Shot<
     Some(words.join(" "))
 }
 
-/// The option of an axis and its value; none where it is the usual one, or `render` does not have it.
-fn spelled(axis: &'static Axis, cell: &Cell) -> Option<(String, String)> {
-    let value = match (axis, cell.paths) {
-        (axis, _) if [&HISTORY, &PATH_HISTORY].contains(&axis) => return None,
-        (axis, _) if *axis == RUNNER => cell.asked_runner.into(),
-        (axis, Paths::Count(count)) if *axis == PATHS_PER_PIXEL => {
+/// The option of a parameter and its value; none where it is the usual one, or `render` does not have it.
+fn spelled(parameter: &'static Parameter, cell: &Cell) -> Option<(String, String)> {
+    let value = match (parameter, cell.paths) {
+        (parameter, _) if [&HISTORY, &PATH_HISTORY].contains(&parameter) => return None,
+        (parameter, _) if *parameter == RUNNER => cell.asked_runner.into(),
+        (parameter, Paths::Count(count)) if *parameter == PATHS_PER_PIXEL => {
             return Some(("light-paths".into(), count.to_string()));
         }
-        (axis, Paths::PerPixel(paths)) if *axis == PATHS_PER_PIXEL => paths.to_string(),
-        (axis, _) if *axis == PATHS_PER_PIXEL => return None,
-        (axis, _) => axis.get(cell),
+        (parameter, Paths::PerPixel(paths)) if *parameter == PATHS_PER_PIXEL => paths.to_string(),
+        (parameter, _) if *parameter == PATHS_PER_PIXEL => return None,
+        (parameter, _) => parameter.get(cell),
     };
-    (value != axis.default && !value.is_empty()).then(|| (axis.option(), value))
+    (value != parameter.default && !value.is_empty()).then(|| (parameter.option(), value))
 }

@@ -1,7 +1,7 @@
 //! What the renderer says of itself to the pages, in JSON.
 
-use caustics::experiment::axis::{AXES, PATHS_PER_PIXEL, RUNNER};
 use caustics::experiment::cell::Paths;
+use caustics::experiment::parameter::{PARAMETERS, PATHS_PER_PIXEL, RUNNER};
 use caustics::scene::{CameraChoice, Scene, SceneCamera};
 use serde_json::{Value, json};
 
@@ -76,17 +76,21 @@ pub fn text(status: &Status<'_>) -> String {
     value.to_string()
 }
 
-/// The values of all axes of a side.
+/// The values of all parameters of a side.
 fn values(request: &ViewRequest, side: usize) -> Value {
     let cell = &request.cells[side];
-    AXES.into_iter()
-        .map(|axis| {
+    PARAMETERS
+        .into_iter()
+        .map(|parameter| {
             let value = match cell.paths {
-                _ if *axis == RUNNER => cell.asked_runner.into(),
-                Paths::PerPixel(paths) if *axis == PATHS_PER_PIXEL => paths.to_string(),
-                _ => axis.get(cell),
+                _ if *parameter == RUNNER => cell.asked_runner.into(),
+                Paths::PerPixel(paths) if *parameter == PATHS_PER_PIXEL => paths.to_string(),
+                _ => parameter.get(cell),
             };
-            (axis.key.to_string(), json!({ "value": value, "not_applicable": (axis.not_applicable)(cell) }))
+            (
+                parameter.key.to_string(),
+                json!({ "value": value, "not_applicable": (parameter.not_applicable)(cell) }),
+            )
         })
         .collect::<serde_json::Map<_, _>>()
         .into()

@@ -301,7 +301,7 @@ fn many() -> Count {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::axis::{HISTORY, MAX_BOUNCES, RADIUS_PX, RUNNER};
+    use crate::experiment::parameter::{HISTORY, MAX_BOUNCES, RADIUS_PX, RUNNER};
 
     const GOOD: &str = "[time]\nwidth = 64\nheight = 36\n\n[[matrix]]\nscene = [\"ring\"]\nmethod = [\"basic\"]\n\
                         paths_per_pixel = [1]\n";
@@ -312,7 +312,8 @@ mod tests {
         let matrix = config.matrix[0].get_ref();
         assert_eq!((config.fps.0, config.time.unwrap().frames.0), (24.0, 16));
         assert_eq!(config.texture_filter.0, TextureFilter::Cone);
-        let defaults = [&HISTORY, &MAX_BOUNCES, &RADIUS_PX, &RUNNER].map(|axis| matrix.axes.values(axis));
+        let defaults = [&HISTORY, &MAX_BOUNCES, &RADIUS_PX, &RUNNER]
+            .map(|parameter| matrix.parameters.values(parameter));
         assert_eq!(defaults, [["none"], ["5"], ["1"], ["auto"]]);
     }
 

@@ -11,7 +11,7 @@ use toml::Spanned;
 use super::config::{Config, EnvironmentTable, PixelFilterConfig};
 use super::matrix_table::MatrixTable;
 use crate::experiment::cell::{Cell, Paths};
-use crate::experiment::cell_axes::name_all;
+use crate::experiment::cell_parameters::name_all;
 use crate::experiment::identity::{posed, view};
 use crate::experiment::matrix::{Cells, keep_one_of_each};
 use crate::experiment::plan::{Compared, MeasurementPlan};
@@ -75,7 +75,7 @@ impl Expanded {
         let environment = config.environment.as_ref().map(EnvironmentTable::map).transpose()?;
         for matrix in &config.matrix {
             let matrix = matrix.get_ref();
-            let Cells { cells, skipped } = matrix.axes.cells(runner)?;
+            let Cells { cells, skipped } = matrix.parameters.cells(runner)?;
             for line in skipped {
                 if !all.skipped.contains(&line) {
                     all.skipped.push(line);

@@ -7,8 +7,8 @@ use serde::{Deserialize, Deserializer};
 
 use super::value::{NonEmpty, Side};
 use crate::exact::Exact;
-use crate::experiment::axis::{self, Axis, METHOD, PATHS_PER_PIXEL, spelled};
 use crate::experiment::matrix::Matrix;
+use crate::experiment::parameter::{self, METHOD, PATHS_PER_PIXEL, Parameter, spelled};
 use crate::experiment::result::RENAMED;
 use crate::scene::{CameraChoice, Position};
 
@@ -21,35 +21,37 @@ pub struct MatrixTable {
     pub camera: CameraChoice,
     /// Widths and heights of the images that are timed; none: that of `[time]`.
     pub size: Vec<(Side, Side)>,
-    /// Values of the axes.
-    pub axes: Matrix,
+    /// Values of the parameters.
+    pub parameters: Matrix,
     /// The keys by which light paths were given.
     pub paths_keys: Vec<&'static str>,
 }
 
 impl MatrixTable {
-    /// Adds a value under the key of an axis.
+    /// Adds a value under the key of a parameter.
     ///
     /// # Errors
     /// What it must be.
     pub fn add(&mut self, key: &'static str, text: &str) -> Result<(), String> {
-        let (axis, value) = spelled(key, text).ok_or_else(|| format!("there is no key {key}"))?;
-        if *axis == PATHS_PER_PIXEL && !self.paths_keys.contains(&key) {
+        let (parameter, value) = spelled(key, text).ok_or_else(|| format!("there is no key {key}"))?;
+        if *parameter == PATHS_PER_PIXEL && !self.paths_keys.contains(&key) {
             self.paths_keys.push(key);
         }
-        self.axes.add(axis, &value)
+        self.parameters.add(parameter, &value)
     }
 
     /// Combinations of its lists.
     pub fn count(&self) -> u64 {
         let images = self.scene.len() as u64 * self.size.len().max(1) as u64;
-        self.axes.count().saturating_mul(images)
+        self.parameters.count().saturating_mul(images)
     }
 }
 
 /// All keys of the table.
 fn known_keys() -> impl Iterator<Item = &'static str> {
-    ["scene", "camera", "from", "look_at", "fov", "size"].into_iter().chain(axis::keys().map(|(key, ..)| key))
+    ["scene", "camera", "from", "look_at", "fov", "size"]
+        .into_iter()
+        .chain(parameter::keys().map(|(key, ..)| key))
 }
 
 impl<'de> Deserialize<'de> for MatrixTable {
@@ -93,7 +95,7 @@ impl<'de> Visitor<'de> for TableVisitor {
         if table.scene.is_empty() {
             return Err(A::Error::missing_field("scene"));
         }
-        if !table.axes.has(&METHOD) {
+        if !table.parameters.has(&METHOD) {
             return Err(A::Error::missing_field("method"));
         }
         Ok(table)
@@ -154,7 +156,7 @@ impl<'de> Visitor<'de> for List<'_> {
             is_empty = false;
         }
         // Where the machine decides, no value leaves it to the machine.
-        let may_be_empty = Axis::find(self.key).is_some_and(|axis| axis.default.is_empty());
+        let may_be_empty = Parameter::find(self.key).is_some_and(|parameter| parameter.default.is_empty());
         if is_empty && !may_be_empty { Err(A::Error::custom("the list is empty")) } else { Ok(()) }
     }
 }

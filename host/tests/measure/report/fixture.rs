@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use caustics::experiment::axis::{
+use caustics::experiment::error::{FLIP, FLIP_CAUSTICS, RELMSE, RELMSE_CAUSTICS};
+use caustics::experiment::parameter::{
     DENOISER, FEATURES, GATHER, HISTORY, MAX_BOUNCES, METHOD, PATHS_PER_PIXEL, RADIUS_PX, RUNNER,
 };
-use caustics::experiment::error::{FLIP, FLIP_CAUSTICS, RELMSE, RELMSE_CAUSTICS};
 use caustics::experiment::result::{
     CellConfig, CellError, CellResult, CellTime, FrameResult, Provenance, Quartiles,
 };
@@ -75,7 +75,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
     });
     let mut config = CellConfig::new(scene, "main");
     config.texture_filter = "cone".into();
-    for (axis, value) in [
+    for (parameter, value) in [
         (&METHOD, method),
         (&GATHER, gather),
         (&HISTORY, history),
@@ -86,7 +86,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
         (&RADIUS_PX, "1"),
         (&MAX_BOUNCES, "5"),
     ] {
-        config.set(axis, value);
+        config.set(parameter, value);
     }
     let of_light = |value: f64| (paths > 0.0).then_some(value);
     CellResult {
@@ -154,7 +154,7 @@ pub fn save(folder: &Path, cell: &mut CellResult) {
         let noise = error.get(&FLIP).unwrap_or(0.1) as f32;
         let turn = if cell.cell.scene == ROUGH { 0.8 } else { 0.0 };
         // What differs in needs only has the same bits.
-        let [method, history] = [&METHOD, &HISTORY].map(|axis| cell.cell.text(axis));
+        let [method, history] = [&METHOD, &HISTORY].map(|parameter| cell.cell.text(parameter));
         let seed = hash(&format!("{method}{history}{}", cell.cell.number(&PATHS_PER_PIXEL)));
         let id = &cell.identity;
         let write = |name: String, colors: &dyn Fn(u32, u32) -> Vec3| {

@@ -4,10 +4,10 @@
 
 use std::collections::BTreeSet;
 
-use caustics::experiment::axis::{
-    AUTO, AXES, Axis, GATHER, MAX_BOUNCES, METHOD, PATHS_PER_PIXEL, RADIUS_PX, RUNNER, Values,
-};
 use caustics::experiment::cell::Cell;
+use caustics::experiment::parameter::{
+    AUTO, GATHER, MAX_BOUNCES, METHOD, PARAMETERS, PATHS_PER_PIXEL, Parameter, RADIUS_PX, RUNNER, Values,
+};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::choice::TextureFilter;
@@ -44,26 +44,28 @@ impl Configuration {
 }
 
 /// The values of a parameter that images are compared in.
-fn values(axis: &'static Axis) -> Vec<String> {
+fn values(parameter: &'static Parameter) -> Vec<String> {
     let texts = |values: &[&str]| values.iter().map(|value| value.to_string()).collect();
-    match axis.values {
+    match parameter.values {
         // All images are those of one runner.
-        Values::Names(_) if *axis == RUNNER => Vec::new(),
+        Values::Names(_) if *parameter == RUNNER => Vec::new(),
         Values::Names(names) => {
             // The CPU has no ray queries.
             let is_software = |name: &str| variant::find(name).is_none_or(|gather| !gather.hardware);
             let names = names().into_iter().map(|(name, _)| name);
-            names.filter(|name| *axis != GATHER || is_software(name)).map(str::to_string).collect()
+            names.filter(|name| *parameter != GATHER || is_software(name)).map(str::to_string).collect()
         }
-        Values::Numbers(_) if *axis == PATHS_PER_PIXEL => texts(&["p2", "p0.1", AUTO]),
-        Values::Numbers(_) if *axis == RADIUS_PX => texts(&["1", "2.5", AUTO]),
-        Values::Numbers(_) if *axis == MAX_BOUNCES => texts(&["5", "1", "2", "9"]),
-        Values::Numbers(_) => panic!("{axis:?} is new: choose numbers of it that images are compared in"),
+        Values::Numbers(_) if *parameter == PATHS_PER_PIXEL => texts(&["p2", "p0.1", AUTO]),
+        Values::Numbers(_) if *parameter == RADIUS_PX => texts(&["1", "2.5", AUTO]),
+        Values::Numbers(_) if *parameter == MAX_BOUNCES => texts(&["5", "1", "2", "9"]),
+        Values::Numbers(_) => {
+            panic!("{parameter:?} is new: choose numbers of it that images are compared in")
+        }
     }
 }
 
-fn set(cell: &mut Cell, axis: &'static Axis, value: &str) {
-    axis.set(cell, value).unwrap_or_else(|error| panic!("{axis:?} {value}: {error}"));
+fn set(cell: &mut Cell, parameter: &'static Parameter, value: &str) {
+    parameter.set(cell, value).unwrap_or_else(|error| panic!("{parameter:?} {value}: {error}"));
 }
 
 /// A method's defaults.
@@ -76,9 +78,9 @@ fn plain(method: &'static Method) -> Configuration {
 /// The last value of every parameter: in lists, what does most stands last.
 fn full(method: &'static Method) -> Configuration {
     let mut cell = Cell::new(method);
-    for axis in AXES.into_iter().filter(|axis| ![&METHOD, &MAX_BOUNCES].contains(axis)) {
-        if let Some(value) = values(axis).last() {
-            set(&mut cell, axis, value);
+    for parameter in PARAMETERS.into_iter().filter(|parameter| ![&METHOD, &MAX_BOUNCES].contains(parameter)) {
+        if let Some(value) = values(parameter).last() {
+            set(&mut cell, parameter, value);
         }
     }
     let Configuration { name, cell, settings } =
@@ -91,15 +93,15 @@ fn full(method: &'static Method) -> Configuration {
 fn one_at_a_time(base: &Configuration) -> Vec<Configuration> {
     let mut found = Vec::new();
     let mut keys = BTreeSet::from([base.cell.key()]);
-    for axis in AXES.into_iter().filter(|axis| **axis != METHOD) {
-        for value in values(axis) {
+    for parameter in PARAMETERS.into_iter().filter(|parameter| **parameter != METHOD) {
+        for value in values(parameter) {
             let mut cell = base.cell.clone();
-            set(&mut cell, axis, &value);
+            set(&mut cell, parameter, &value);
             let cell = cell.effective();
             // What has no effect in the method makes no other image.
             if keys.insert(cell.key()) {
                 let settings = cell.settings(&base.settings);
-                let name = format!("{} {}={value}", base.name, axis.key);
+                let name = format!("{} {}={value}", base.name, parameter.key);
                 found.push(Configuration { name, cell, settings });
             }
         }
@@ -182,13 +184,13 @@ fn every_value_of_every_parameter_makes_an_image_in_every_method_that_looks_at_i
     for &method in method::ALL {
         let of_method: Vec<_> = all.iter().filter(|found| found.cell.method == method).collect();
         assert!(!of_method.is_empty());
-        for axis in AXES.into_iter().filter(|axis| **axis != METHOD) {
-            for value in values(axis) {
+        for parameter in PARAMETERS.into_iter().filter(|parameter| **parameter != METHOD) {
+            for value in values(parameter) {
                 let mut cell = Cell::new(method);
-                set(&mut cell, axis, &value);
-                let wanted = axis.get(&cell.effective());
-                let is_there = of_method.iter().any(|found| axis.get(&found.cell) == wanted);
-                assert!(is_there, "{} {axis:?} {wanted}", method.name);
+                set(&mut cell, parameter, &value);
+                let wanted = parameter.get(&cell.effective());
+                let is_there = of_method.iter().any(|found| parameter.get(&found.cell) == wanted);
+                assert!(is_there, "{} {parameter:?} {wanted}", method.name);
             }
         }
     }
@@ -196,8 +198,8 @@ fn every_value_of_every_parameter_makes_an_image_in_every_method_that_looks_at_i
         assert!(all.iter().any(|found| found.cell.gather_name() == gather.name), "{}", gather.name);
     }
     // Only where images are rendered is left out.
-    for axis in AXES.into_iter().filter(|axis| values(axis).is_empty()) {
-        assert_eq!(*axis, RUNNER);
+    for parameter in PARAMETERS.into_iter().filter(|parameter| values(parameter).is_empty()) {
+        assert_eq!(*parameter, RUNNER);
     }
     let mut names: Vec<_> = all.iter().map(|found| &found.name).collect();
     names.sort();

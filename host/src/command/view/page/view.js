@@ -11,7 +11,7 @@ const inspector = new Inspector(find('overlay'));
 let socket = null;
 let status = null;
 let camera = null;
-let steers = false;
+let hasControl = false;
 let isPending = false;
 // What this page asked for, to be asked for again after the program was started anew.
 let wanted = {};
@@ -68,7 +68,7 @@ function mark() {
   if (position) Object.assign(node.style, { left: `${100 * position[0]}%`, top: `${100 * position[1]}%` });
 }
 
-function tellThing() {
+function showThing() {
   if (!find('node')) return;
   setValue(find('node'), thing ? thing.index : '');
   find('placing').hidden = !thing;
@@ -79,7 +79,7 @@ function tellThing() {
 
 // At most one message of an object a frame of the screen.
 function placed() {
-  tellThing();
+  showThing();
   if (isPlacing) return;
   isPlacing = true;
   requestAnimationFrame(() => {
@@ -92,11 +92,11 @@ function choose(index) {
   thing = null;
   if (index === null) drags = false;
   else send({ do: 'node', node: index });
-  tellThing();
+  showThing();
 }
 
 steer(screen, {
-  camera: () => (steers ? camera : null),
+  camera: () => (hasControl ? camera : null),
   moved,
   drags: (x, y, event) => {
     if (!drags || !thing) return false;
@@ -110,7 +110,7 @@ steer(screen, {
       send({ do: 'inspect', x, y });
       return;
     }
-    pickFor = 'tell';
+    pickFor = 'choose';
     send({ do: 'pick', x, y });
   },
   focused: ([x, y]) => {
@@ -118,7 +118,7 @@ steer(screen, {
     send({ do: 'pick', x, y });
   },
 });
-let pickFor = 'tell';
+let pickFor = 'choose';
 
 function picked(what) {
   if (!what) {
@@ -126,7 +126,7 @@ function picked(what) {
     return;
   }
   const position = what.position.map((value) => Number(value.toPrecision(5))).join(', ');
-  if (find('node') && what.node !== null && pickFor === 'tell') choose(what.node);
+  if (find('node') && what.node !== null && pickFor === 'choose') choose(what.node);
   find('picked').textContent = `${what.material} at ${position}, ${what.distance.toPrecision(4)} m away`;
   if (pickFor === 'focus' && camera) {
     camera.lookAt = what.position;
@@ -156,14 +156,14 @@ function rows(node, pairs) {
   );
 }
 
-function told(now) {
+function showStatus(now) {
   if (now.records && now.is_full && !(status && status.is_full)) notice('the recording is full: save it as Animation, and record anew', 0);
   status = now;
   if (now.camera && (!camera || !isPending)) {
     const distance = camera ? camera.distance : page.distance;
     const isOther = !camera || length(add(camera.from, now.camera.from, -1)) > 1e-4 * distance || Math.abs(camera.fov - now.camera.fov) > 0.01;
-    // The page at the wheel knows best where it is, but for cameras of the file.
-    if (!camera || !steers || (now.camera.name && isOther)) camera = Camera.from(now.camera, distance);
+    // The page with the control token knows best where it is, but for cameras of the file.
+    if (!camera || !hasControl || (now.camera.name && isOther)) camera = Camera.from(now.camera, distance);
     setValue(find('camera'), now.camera.name || '');
     setValue(find('fov'), camera.fov.toFixed(1));
   }
@@ -172,7 +172,7 @@ function told(now) {
       const node = find(`axis-${side}-${key}`);
       if (!node) continue;
       setValue(node, value);
-      node.disabled = !steers || Boolean(not_applicable);
+      node.disabled = !hasControl || Boolean(not_applicable);
       node.title = not_applicable ? `this method ${not_applicable}` : '';
     }
   });
@@ -226,21 +226,21 @@ function told(now) {
   find('failure').hidden = !now.failure;
 }
 
-function atTheWheel(now) {
-  steers = now.steers;
-  document.body.classList.toggle('onlooker', !steers);
-  all('[data-wheel]').forEach((node) => { node.disabled = !steers; });
-  find('take').hidden = steers;
+function showControl(now) {
+  hasControl = now.has_control;
+  document.body.classList.toggle('onlooker', !hasControl);
+  all('[data-control]').forEach((node) => { node.disabled = !hasControl; });
+  find('take').hidden = hasControl;
   find('pages').textContent = now.pages > 1 ? `${now.pages} pages look on` : '';
 }
 
 const heads = {
-  status: told,
-  wheel: atTheWheel,
+  status: showStatus,
+  control: showControl,
   picked: (now) => picked(now.what),
   node: (now) => {
     thing = now.what ? new Thing(now.what) : null;
-    tellThing();
+    showThing();
   },
   inspected: (now) => {
     inspector.show(now.what, camera);
@@ -249,7 +249,7 @@ const heads = {
   error: (now) => notice(now.what),
   gone: (now) => screen.gone(now.side),
   hello: (now) => {
-    // Another run of the program: it is told what this page wanted of the one before.
+    // Another run of the program: send it what this page set in the one before.
     if (page.run !== now.run) {
       page.run = now.run;
       Object.values(wanted).forEach(send);
@@ -274,7 +274,7 @@ function connect() {
       return;
     }
     const head = await screen.show(data);
-    if (head.moves && steers && head.at > 0) {
+    if (head.moves && hasControl && head.at > 0) {
       const took = performance.now() - head.at;
       if (took < 60000) document.body.dataset.latency = took;
     }
@@ -347,7 +347,7 @@ if (find('node')) {
   find('node').addEventListener('change', ({ target }) => choose(target.value === '' ? null : Number(target.value)));
   find('move').addEventListener('click', () => {
     drags = !drags;
-    tellThing();
+    showThing();
   });
   find('put-back').addEventListener('click', () => {
     if (!thing) return;
@@ -362,7 +362,7 @@ if (find('node')) {
     choose(thing.index);
   }));
 }
-find('take').addEventListener('click', () => send({ do: 'wheel' }));
+find('take').addEventListener('click', () => send({ do: 'take_control' }));
 find('copy').addEventListener('click', async () => {
   try {
     await navigator.clipboard.writeText(find('command').textContent);

@@ -1,11 +1,11 @@
-//! What the axes say of a cell: what of it matters, what it is known by, its names, its row in results.
+//! What the parameters say of a cell: what of it matters, what it is known by, its names, its row in results.
 
 use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::Method;
 use caustics_kernels::{denoiser, emission, history};
 
-use super::axis::{AXES, HISTORY, METHOD, PATHS_PER_PIXEL, VisualEncoding};
 use super::cell::{Cell, FeatureChoice, Paths, Radius, default_gather};
+use super::parameter::{HISTORY, METHOD, PARAMETERS, PATHS_PER_PIXEL, VisualEncoding};
 use super::result::CellConfig;
 use crate::scene::Scene;
 use crate::session::RunnerChoice;
@@ -40,10 +40,10 @@ impl Cell {
 
     /// The same frames with all that its method does not look at set aside: cells of one effect are one cell.
     pub fn effective(mut self) -> Cell {
-        for axis in AXES {
-            if (axis.not_applicable)(&self).is_some() {
-                // A value that an axis has itself is one that it takes.
-                let _ = axis.set(&mut self, axis.neutral);
+        for parameter in PARAMETERS {
+            if (parameter.not_applicable)(&self).is_some() {
+                // A value that a parameter has itself is one that it takes.
+                let _ = parameter.set(&mut self, parameter.neutral);
             }
         }
         self
@@ -51,18 +51,21 @@ impl Cell {
 
     /// Text of all that it is but its name.
     pub fn key(&self) -> String {
-        let values = AXES.iter().map(|axis| format!("{} {}", axis.key, axis.get(self)));
+        let values = PARAMETERS.iter().map(|parameter| format!("{} {}", parameter.key, parameter.get(self)));
         // Of runners the device too.
         format!("{} on {:?}", values.collect::<Vec<_>>().join(" "), self.runner)
     }
 
     /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
     fn short_name(&self) -> String {
-        let colored = AXES.into_iter().filter(|axis| matches!(axis.shown, VisualEncoding::Color));
-        let colored = colored.filter(|axis| **axis == HISTORY || (axis.not_applicable)(self).is_none());
-        let named =
-            colored.filter(|axis| [&METHOD, &HISTORY].contains(axis) || axis.get(self) != axis.default);
-        named.map(|axis| axis.get(self)).collect::<Vec<_>>().join("-")
+        let colored =
+            PARAMETERS.into_iter().filter(|parameter| matches!(parameter.shown, VisualEncoding::Color));
+        let colored =
+            colored.filter(|parameter| **parameter == HISTORY || (parameter.not_applicable)(self).is_none());
+        let named = colored.filter(|parameter| {
+            [&METHOD, &HISTORY].contains(parameter) || parameter.get(self) != parameter.default
+        });
+        named.map(|parameter| parameter.get(self)).collect::<Vec<_>>().join("-")
     }
 
     /// What a result says of it; paths a pixel are those of a frame of this size.
@@ -77,8 +80,8 @@ impl Cell {
             }
         };
         let mut config = CellConfig::new(&scene.name, camera);
-        for axis in AXES {
-            config.set(axis, &axis.get(self));
+        for parameter in PARAMETERS {
+            config.set(parameter, &parameter.get(self));
         }
         config.set(&PATHS_PER_PIXEL, &paths);
         config.texture_filter = texture_filter.unwrap_or(self.method.texture_filter).name().into();
@@ -89,11 +92,13 @@ impl Cell {
 /// Names the cells of a run: what has a colour, then whatever else differs between cells of the run.
 pub fn name_all(cells: &mut [Cell]) {
     let mut names: Vec<String> = cells.iter().map(Cell::short_name).collect();
-    for axis in AXES.into_iter().filter(|axis| !matches!(axis.shown, VisualEncoding::Color)) {
-        let letters = if let VisualEncoding::Words(letters, _) = axis.shown { letters } else { "" };
-        let text = |cell: &Cell| match (axis.not_applicable)(cell) {
+    for parameter in
+        PARAMETERS.into_iter().filter(|parameter| !matches!(parameter.shown, VisualEncoding::Color))
+    {
+        let letters = if let VisualEncoding::Words(letters, _) = parameter.shown { letters } else { "" };
+        let text = |cell: &Cell| match (parameter.not_applicable)(cell) {
             Some(_) => String::new(),
-            None => format!("{letters}{}", axis.get(cell)),
+            None => format!("{letters}{}", parameter.get(cell)),
         };
         let texts: Vec<String> = cells.iter().map(text).collect();
         let mut given: Vec<&String> = texts.iter().filter(|text| !text.is_empty()).collect();

@@ -1,11 +1,11 @@
-//! Options of the axes of an experiment, made of their rows.
+//! Options of the parameters of an experiment, made of their rows.
 
 use std::marker::PhantomData;
 
-use caustics::experiment::axis::{
-    self, AUTO, AXES, Axis, FEATURES, MAX_BOUNCES, PATHS_PER_PIXEL, RUNNER, Values, spelled,
-};
 use caustics::experiment::cell::Cell;
+use caustics::experiment::parameter::{
+    self, AUTO, FEATURES, MAX_BOUNCES, PARAMETERS, PATHS_PER_PIXEL, Parameter, RUNNER, Values, spelled,
+};
 use caustics::experiment::sweep::matrix_table::MatrixTable;
 use caustics_kernels::method::basic::BASIC;
 use clap::builder::{PossibleValue, PossibleValuesParser, ValueParser};
@@ -13,8 +13,8 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 
 use super::Usage;
 
-/// A command with options of axes.
-pub trait Axes {
+/// A command with options of parameters.
+pub trait CommandParameters {
     /// Whether its options take lists, with commas between.
     const LISTS: bool;
     /// The keys that it has.
@@ -34,28 +34,28 @@ pub enum PathTraced {}
 #[derive(Debug)]
 pub enum ManyConfigurations {}
 
-impl Axes for OneConfiguration {
+impl CommandParameters for OneConfiguration {
     const LISTS: bool = false;
     fn has(key: &str) -> bool {
         key != "equal_time_ms"
     }
 }
 
-impl Axes for Averaged {
+impl CommandParameters for Averaged {
     const LISTS: bool = false;
     fn has(key: &str) -> bool {
         !["equal_time_ms", "history", "path_history"].contains(&key)
     }
 }
 
-impl Axes for PathTraced {
+impl CommandParameters for PathTraced {
     const LISTS: bool = false;
     fn has(key: &str) -> bool {
         ["runner", "features", "max_bounces"].contains(&key)
     }
 }
 
-impl Axes for ManyConfigurations {
+impl CommandParameters for ManyConfigurations {
     const LISTS: bool = true;
     fn has(_: &str) -> bool {
         true
@@ -64,20 +64,20 @@ impl Axes for ManyConfigurations {
 
 /// The values that were given, by key.
 #[derive(Clone, Debug)]
-pub struct AxisOptions<C> {
-    given: Vec<(&'static str, &'static Axis, Vec<String>)>,
+pub struct ParameterOptions<C> {
+    given: Vec<(&'static str, &'static Parameter, Vec<String>)>,
     command: PhantomData<C>,
 }
 
 /// Keys of the command's options, and what they are.
-fn keys<C: Axes>() -> impl Iterator<Item = (&'static str, &'static str, &'static Axis)> {
-    axis::keys().filter(|(key, ..)| C::has(key))
+fn keys<C: CommandParameters>() -> impl Iterator<Item = (&'static str, &'static str, &'static Parameter)> {
+    parameter::keys().filter(|(key, ..)| C::has(key))
 }
 
-impl<C: Axes> clap::Args for AxisOptions<C> {
+impl<C: CommandParameters> clap::Args for ParameterOptions<C> {
     fn augment_args(command: Command) -> Command {
-        keys::<C>().fold(command, |command, (key, description, axis)| {
-            command.arg(option::<C>(key, description, axis))
+        keys::<C>().fold(command, |command, (key, description, parameter)| {
+            command.arg(option::<C>(key, description, parameter))
         })
     }
 
@@ -86,38 +86,39 @@ impl<C: Axes> clap::Args for AxisOptions<C> {
     }
 }
 
-fn option<C: Axes>(key: &'static str, description: &str, axis: &'static Axis) -> Arg {
+fn option<C: CommandParameters>(key: &'static str, description: &str, parameter: &'static Parameter) -> Arg {
     let mut help = description.to_string();
     if C::LISTS {
         help += "; several with commas between";
     }
-    let default = axis.default;
-    if !default.is_empty() && (*axis != PATHS_PER_PIXEL || key == "light_paths") {
+    let default = parameter.default;
+    if !default.is_empty() && (*parameter != PATHS_PER_PIXEL || key == "light_paths") {
         help += &format!(" [default: {default}]");
     }
-    let parser: ValueParser = match axis.values {
+    let parser: ValueParser = match parameter.values {
         Values::Names(names) => {
             let value = |(name, description)| PossibleValue::new(name).help(description);
             PossibleValuesParser::new(names().into_iter().map(value)).into()
         }
         Values::Numbers(_) => ValueParser::new(move |text: &str| match spelled(key, text) {
-            Some((axis, value)) => axis.check(&value).map(|()| text.to_string()),
+            Some((parameter, value)) => parameter.check(&value).map(|()| text.to_string()),
             None => Err(format!("there is no key {key}")),
         }),
     };
     let arg =
         Arg::new(key).long(key.replace('_', "-")).help(help).value_parser(parser).action(ArgAction::Append);
     let arg = if C::LISTS { arg.value_delimiter(',') } else { arg.action(ArgAction::Set) };
-    // Of several keys of an axis one is given.
-    let others = keys::<C>().filter(|(other, _, of)| *of == axis && *other != key);
+    // Of several keys of a parameter one is given.
+    let others = keys::<C>().filter(|(other, _, of)| *of == parameter && *other != key);
     arg.conflicts_with_all(others.map(|(other, ..)| other).collect::<Vec<_>>())
 }
 
-impl<C: Axes> clap::FromArgMatches for AxisOptions<C> {
+impl<C: CommandParameters> clap::FromArgMatches for ParameterOptions<C> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let value = |key| Some(matches.get_many::<String>(key)?.cloned().collect());
-        let given = keys::<C>().filter_map(|(key, _, axis)| Some((key, axis, value(key)?))).collect();
-        Ok(AxisOptions { given, command: PhantomData })
+        let given =
+            keys::<C>().filter_map(|(key, _, parameter)| Some((key, parameter, value(key)?))).collect();
+        Ok(ParameterOptions { given, command: PhantomData })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -126,15 +127,15 @@ impl<C: Axes> clap::FromArgMatches for AxisOptions<C> {
     }
 }
 
-impl<C: Axes> AxisOptions<C> {
-    /// Whether an axis was given a value.
-    pub fn has(&self, axis: &Axis) -> bool {
-        self.given.iter().any(|(_, of, _)| *of == axis)
+impl<C: CommandParameters> ParameterOptions<C> {
+    /// Whether a parameter was given a value.
+    pub fn has(&self, parameter: &Parameter) -> bool {
+        self.given.iter().any(|(_, of, _)| *of == parameter)
     }
 
     /// Whether an option sets how to render; runner, features and bounces do not count.
     pub fn has_render_options(&self) -> bool {
-        self.given.iter().any(|(_, axis, _)| ![&RUNNER, &FEATURES, &MAX_BOUNCES].contains(axis))
+        self.given.iter().any(|(_, parameter, _)| ![&RUNNER, &FEATURES, &MAX_BOUNCES].contains(parameter))
     }
 
     /// The one configuration, its runner still by its name. What its method has no use for is refused: names but the
@@ -144,24 +145,29 @@ impl<C: Axes> AxisOptions<C> {
     }
 
     /// The same with other values where none was given.
-    pub fn cell_of(&self, default: &[(&Axis, &str)]) -> Result<Cell, Usage> {
+    pub fn cell_of(&self, default: &[(&Parameter, &str)]) -> Result<Cell, Usage> {
         let mut cell = Cell::new(&BASIC);
-        let values = AXES.into_iter().map(|axis| (axis, axis.default)).chain(default.iter().copied());
-        for (axis, value) in values {
-            axis.set(&mut cell, value).map_err(Usage)?;
+        let values = PARAMETERS
+            .into_iter()
+            .map(|parameter| (parameter, parameter.default))
+            .chain(default.iter().copied());
+        for (parameter, value) in values {
+            parameter.set(&mut cell, value).map_err(Usage)?;
         }
         for (key, _, values) in &self.given {
-            let Some((axis, value)) = values.last().and_then(|value| spelled(key, value)) else { continue };
-            axis.set(&mut cell, &value).map_err(Usage)?;
-        }
-        for axis in AXES.into_iter().filter(|axis| self.has(axis)) {
-            let value = axis.get(&cell);
-            let names = match axis.values {
-                Values::Names(_) => value != axis.neutral,
-                Values::Numbers(_) => value == AUTO && axis.default != AUTO,
+            let Some((parameter, value)) = values.last().and_then(|value| spelled(key, value)) else {
+                continue;
             };
-            if let Some(why) = (axis.not_applicable)(&cell).filter(|_| names) {
-                let (option, method) = (axis.option(), cell.method.name);
+            parameter.set(&mut cell, &value).map_err(Usage)?;
+        }
+        for parameter in PARAMETERS.into_iter().filter(|parameter| self.has(parameter)) {
+            let value = parameter.get(&cell);
+            let names = match parameter.values {
+                Values::Names(_) => value != parameter.neutral,
+                Values::Numbers(_) => value == AUTO && parameter.default != AUTO,
+            };
+            if let Some(why) = (parameter.not_applicable)(&cell).filter(|_| names) {
+                let (option, method) = (parameter.option(), cell.method.name);
                 return Err(Usage(format!(
                     "--{option} {value}: --method {method} {why}; use --method basic"
                 )));

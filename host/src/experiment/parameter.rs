@@ -1,9 +1,9 @@
-//! Axes: all that can vary between the cells of an experiment, a row each.
+//! Parameters: all that can vary between the cells of an experiment, a row each.
 //!
 //! From a row come the option of `render`, `animate` and `bench` with its help, the key of a sweep's `[[matrix]]` and of a
 //! result, a column of CSV, its part in the product of cells and in their identity and names, and the words of a report. To
-//! add an axis: a field of [`Cell`], what it sets in a session ([`Cell::settings`] or [`Cell::parts`]), and a row of
-//! [`AXES`].
+//! add a parameter: a field of [`Cell`], what it sets in a session ([`Cell::settings`] or [`Cell::parts`]), and a row of
+//! [`PARAMETERS`].
 
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::choice::{Caustics, Fireflies, LightSampler, PathHistory, Sampler};
@@ -12,7 +12,7 @@ use caustics_kernels::{denoiser, emission, history, method};
 use super::cell::{Cell, FeatureChoice, Paths, Radius, runner_name};
 
 /// Something that can vary between cells.
-pub struct Axis {
+pub struct Parameter {
     /// Key of a sweep's `[[matrix]]`, of results and of CSV; the option of a command has dashes for underscores.
     pub key: &'static str,
     /// Head of its column in a report.
@@ -33,7 +33,7 @@ pub struct Axis {
     set: fn(&mut Cell, &str) -> Result<(), String>,
 }
 
-/// The values of an axis.
+/// The values of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum Values {
     /// These names, each with what it is.
@@ -53,19 +53,19 @@ pub enum VisualEncoding {
     Words(&'static str, fn(&str) -> String),
 }
 
-impl std::fmt::Debug for Axis {
+impl std::fmt::Debug for Parameter {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter.write_str(self.key)
     }
 }
 
-impl PartialEq for Axis {
-    fn eq(&self, other: &Axis) -> bool {
+impl PartialEq for Parameter {
+    fn eq(&self, other: &Parameter) -> bool {
         self.key == other.key
     }
 }
 
-impl Axis {
+impl Parameter {
     /// The value of a cell.
     pub fn get(&self, cell: &Cell) -> String {
         (self.get)(cell)
@@ -99,15 +99,15 @@ impl Axis {
     }
 
     /// The row of a key.
-    pub fn find(key: &str) -> Option<&'static Axis> {
-        AXES.iter().copied().find(|axis| axis.key == key)
+    pub fn find(key: &str) -> Option<&'static Parameter> {
+        PARAMETERS.iter().copied().find(|parameter| parameter.key == key)
     }
 }
 
 /// What is common to the rows of choices: the values of a field of [`Cell`] that is an enum with `ALL`, `name`, `description` and `find`.
 macro_rules! chosen {
     ($field:ident: $choice:ident) => {
-        Axis {
+        Parameter {
             key: stringify!($field),
             head: stringify!($field),
             description: "",
@@ -122,8 +122,8 @@ macro_rules! chosen {
     };
 }
 
-/// All axes, in the order of tables.
-pub static AXES: [&Axis; 15] = [
+/// All parameters, in the order of tables.
+pub static PARAMETERS: [&Parameter; 15] = [
     &METHOD,
     &GATHER,
     &CAUSTICS,
@@ -142,7 +142,7 @@ pub static AXES: [&Axis; 15] = [
 ];
 
 /// How a frame is rendered.
-pub static METHOD: Axis = Axis {
+pub static METHOD: Parameter = Parameter {
     key: "method",
     head: "method",
     description: "How to render",
@@ -156,7 +156,7 @@ pub static METHOD: Axis = Axis {
 };
 
 /// How photons and collection points meet.
-pub static GATHER: Axis = Axis {
+pub static GATHER: Parameter = Parameter {
     key: "gather",
     head: "gather",
     description: "How photons and collection points meet [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
@@ -182,7 +182,7 @@ pub static GATHER: Axis = Axis {
 };
 
 /// Which light is the light paths'.
-pub static CAUSTICS: Axis = Axis {
+pub static CAUSTICS: Parameter = Parameter {
     description: "Which light is a caustic, found by light paths",
     default: "first",
     neutral: "first",
@@ -191,7 +191,7 @@ pub static CAUSTICS: Axis = Axis {
 };
 
 /// How light paths start.
-pub static EMISSION: Axis = Axis {
+pub static EMISSION: Parameter = Parameter {
     key: "emission",
     head: "emission",
     description: "How light paths start",
@@ -207,7 +207,7 @@ pub static EMISSION: Axis = Axis {
 };
 
 /// How camera paths find lights.
-pub static LIGHT_SAMPLER: Axis = Axis {
+pub static LIGHT_SAMPLER: Parameter = Parameter {
     description: "How camera paths find lights, up to the collection point",
     default: "resampled",
     neutral: "resampled",
@@ -217,7 +217,7 @@ pub static LIGHT_SAMPLER: Axis = Axis {
 };
 
 /// Where the numbers of camera paths come from.
-pub static SAMPLER: Axis = Axis {
+pub static SAMPLER: Parameter = Parameter {
     description: "Where the random numbers of camera paths come from",
     default: "sobol",
     neutral: "sobol",
@@ -226,7 +226,7 @@ pub static SAMPLER: Axis = Axis {
 };
 
 /// Light of the previous frame that is reused.
-pub static HISTORY: Axis = Axis {
+pub static HISTORY: Parameter = Parameter {
     key: "history",
     head: "history",
     description: "Light of the previous frame that collection points reuse",
@@ -240,7 +240,7 @@ pub static HISTORY: Axis = Axis {
 };
 
 /// Path-traced light of the previous frame that is reused.
-pub static PATH_HISTORY: Axis = Axis {
+pub static PATH_HISTORY: Parameter = Parameter {
     head: "path history",
     description: "Path-traced light of the previous frame that collection points reuse",
     default: "none",
@@ -255,7 +255,7 @@ pub static PATH_HISTORY: Axis = Axis {
 };
 
 /// What is done about rare bright samples of camera paths.
-pub static FIREFLIES: Axis = Axis {
+pub static FIREFLIES: Parameter = Parameter {
     description: "What is done about rare bright samples of camera paths",
     default: "kept",
     neutral: "kept",
@@ -264,7 +264,7 @@ pub static FIREFLIES: Axis = Axis {
 };
 
 /// What smooths the path-traced part.
-pub static DENOISER: Axis = Axis {
+pub static DENOISER: Parameter = Parameter {
     key: "denoiser",
     head: "denoiser",
     description: "What smooths the path-traced part, caustics excepted",
@@ -280,7 +280,7 @@ pub static DENOISER: Axis = Axis {
 };
 
 /// Where a cell runs.
-pub static RUNNER: Axis = Axis {
+pub static RUNNER: Parameter = Parameter {
     key: "runner",
     head: "runner",
     description: "Where to run",
@@ -296,7 +296,7 @@ pub static RUNNER: Axis = Axis {
 };
 
 /// Kernel code that is compiled in.
-pub static FEATURES: Axis = Axis {
+pub static FEATURES: Parameter = Parameter {
     description: "Kernel code that is compiled in",
     default: "scene",
     neutral: "scene",
@@ -305,7 +305,7 @@ pub static FEATURES: Axis = Axis {
 };
 
 /// Light paths of a frame; other keys for them: [`PATHS_SPELLINGS`].
-pub static PATHS_PER_PIXEL: Axis = Axis {
+pub static PATHS_PER_PIXEL: Parameter = Parameter {
     key: "paths_per_pixel",
     head: "paths/px",
     description: "Light paths a pixel and frame",
@@ -325,7 +325,7 @@ pub static PATHS_PER_PIXEL: Axis = Axis {
 };
 
 /// Radius of collection points.
-pub static RADIUS_PX: Axis = Axis {
+pub static RADIUS_PX: Parameter = Parameter {
     key: "radius_px",
     head: "radius [px]",
     description: "Radius of collection points; 1 gives a disc the area of its pixel's footprint, auto that and up to three times the \
@@ -355,7 +355,7 @@ pub static RADIUS_PX: Axis = Axis {
 };
 
 /// Length of paths.
-pub static MAX_BOUNCES: Axis = Axis {
+pub static MAX_BOUNCES: Parameter = Parameter {
     key: "max_bounces",
     head: "bounces",
     description: "Scattering vertices between eye and light, at most",
@@ -396,29 +396,29 @@ pub const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
     ),
 ];
 
-/// The keys by which axes are given values, each with what it is: one an axis, of light paths several.
-pub fn keys() -> impl Iterator<Item = (&'static str, &'static str, &'static Axis)> {
-    let of_axis = |axis: &'static Axis| {
-        let others = PATHS_SPELLINGS.into_iter().filter(move |_| *axis == PATHS_PER_PIXEL);
-        std::iter::once((axis.key, axis.description, axis))
-            .chain(others.map(move |(key, description, _)| (key, description, axis)))
+/// The keys by which parameters are given values, each with what it is: one for each parameter, of light paths several.
+pub fn keys() -> impl Iterator<Item = (&'static str, &'static str, &'static Parameter)> {
+    let of_parameter = |parameter: &'static Parameter| {
+        let others = PATHS_SPELLINGS.into_iter().filter(move |_| *parameter == PATHS_PER_PIXEL);
+        std::iter::once((parameter.key, parameter.description, parameter))
+            .chain(others.map(move |(key, description, _)| (key, description, parameter)))
     };
-    AXES.into_iter().flat_map(of_axis)
+    PARAMETERS.into_iter().flat_map(of_parameter)
 }
 
-/// The axis of a key, and the value of a text under that key.
-pub fn spelled(key: &str, text: &str) -> Option<(&'static Axis, String)> {
-    let (_, _, axis) = keys().find(|(known, ..)| *known == key)?;
+/// The parameter of a key, and the value of a text under that key.
+pub fn spelled(key: &str, text: &str) -> Option<(&'static Parameter, String)> {
+    let (_, _, parameter) = keys().find(|(known, ..)| *known == key)?;
     if (key, text) == ("light_paths", AUTO) {
-        return Some((axis, text.into()));
+        return Some((parameter, text.into()));
     }
     let others = PATHS_SPELLINGS.into_iter().find(|(known, ..)| *known == key);
     let [before, after] = match others {
         Some((_, _, letters)) => letters,
-        None if *axis == PATHS_PER_PIXEL => ["p", ""],
+        None if *parameter == PATHS_PER_PIXEL => ["p", ""],
         None => ["", ""],
     };
-    Some((axis, format!("{before}{text}{after}")))
+    Some((parameter, format!("{before}{text}{after}")))
 }
 
 /// Times that a frame may be asked to take (ms): up to ten minutes, of which a search renders some twenty frames.
@@ -473,24 +473,24 @@ mod tests {
 
     #[test]
     fn every_axis_takes_its_own_values_and_no_others() {
-        for axis in AXES {
-            axis.check(axis.default).unwrap();
-            axis.check(axis.neutral).unwrap();
-            if let Values::Names(names) = axis.values {
+        for parameter in PARAMETERS {
+            parameter.check(parameter.default).unwrap();
+            parameter.check(parameter.neutral).unwrap();
+            if let Values::Names(names) = parameter.values {
                 for (name, description) in names() {
-                    axis.check(name).unwrap();
-                    assert!(description.len() > 3, "{name} of {axis:?} says what it is");
+                    parameter.check(name).unwrap();
+                    assert!(description.len() > 3, "{name} of {parameter:?} says what it is");
                 }
             }
-            let wrong = axis.check("sieve").unwrap_err();
+            let wrong = parameter.check("sieve").unwrap_err();
             assert!(wrong.contains("it must be") || wrong.contains("known are"), "{wrong}");
-            assert_eq!(Axis::find(axis.key), Some(axis));
+            assert_eq!(Parameter::find(parameter.key), Some(parameter));
         }
     }
 
     #[test]
     fn what_was_set_is_got() {
-        for (axis, value) in [
+        for (parameter, value) in [
             (&METHOD, "path"),
             (&GATHER, "brute"),
             (&HISTORY, "paper"),
@@ -505,8 +505,8 @@ mod tests {
             (&MAX_BOUNCES, "9"),
         ] {
             let mut cell = Cell::new(&method::basic::BASIC);
-            axis.set(&mut cell, value).unwrap();
-            assert_eq!(axis.get(&cell), value);
+            parameter.set(&mut cell, value).unwrap();
+            assert_eq!(parameter.get(&cell), value);
         }
     }
 

@@ -28,9 +28,24 @@ pub fn caught<T>(decode: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
     decoded.ok()
 }
 
+/// Returns the result of a decoder, or an error of this text if it panics.
+pub fn decoded<T>(
+    decode: impl FnOnce() -> Result<T, String> + UnwindSafe,
+    damaged: &str,
+) -> Result<T, String> {
+    caught(decode).unwrap_or_else(|| Err(damaged.into()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn results_of_decoders_are_kept_and_panics_are_errors() {
+        assert_eq!(decoded(|| Ok(7), "damaged"), Ok(7));
+        assert_eq!(decoded(|| Err::<u32, _>("short".into()), "damaged"), Err("short".into()));
+        assert_eq!(decoded(|| -> Result<u32, String> { panic!("hidden") }, "damaged"), Err("damaged".into()));
+    }
 
     /// Panics in a process of its own, whose output the test below reads.
     #[test]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
 use caustics::kernels::Source;
+use caustics::renamed;
 use caustics::rendered_image::Aov;
 use caustics::scene::{BvhCache, BvhOptions, BvhQuality, LoadOptions, Position};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -54,25 +55,14 @@ pub struct Cli {
     pub command: Command,
 }
 
-/// Options that were called otherwise, and what they are called now.
-const RENAMED: [(&str, &str); 6] = [
-    ("--connections", "--light-sampler"),
-    ("--filter", "--denoiser"),
-    ("--needs", "--features"),
-    ("--error", "--measure error"),
-    ("--time", "--measure time"),
-    ("--time-s", "--moment"),
-];
-
 impl Cli {
     /// The command line of this process. Exits where it is wrong, or asks for help; an option that was renamed answers with
     /// its new name.
     pub fn read() -> Cli {
         Cli::try_parse().unwrap_or_else(|mut error| {
             let unknown = error.get(ContextKind::InvalidArg).map(ToString::to_string);
-            let renamed = RENAMED.iter().find(|(old, _)| unknown.as_deref() == Some(old));
-            if let Some((old, new)) = renamed.filter(|_| error.kind() == ErrorKind::UnknownArgument) {
-                let tip = format!("{old} is called {new} now");
+            let tip = unknown.and_then(|option| renamed::hint(renamed::OPTIONS, &option));
+            if let Some(tip) = tip.filter(|_| error.kind() == ErrorKind::UnknownArgument) {
                 error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
             }
             let printed = error.print().and_then(|()| std::io::stdout().flush());

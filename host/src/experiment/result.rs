@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::cost::Cost;
 use super::error::Measure;
 use super::parameter::{Parameter, Values};
+use crate::renamed;
 
 /// A cell, its measures, and where they come from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -51,10 +52,6 @@ enum Value {
     Name(String),
 }
 
-/// Keys of parameters in older files, and what they are called now.
-pub const RENAMED: [(&str, &str); 3] =
-    [("connections", "light_sampler"), ("filter", "denoiser"), ("needs", "features")];
-
 impl CellConfig {
     /// A scene and a camera; no parameter has a value yet.
     pub fn new(scene: &str, camera: &str) -> CellConfig {
@@ -92,9 +89,9 @@ impl CellConfig {
 
     /// Calls the parameters of older files as they are called now.
     pub fn rename(&mut self) {
-        for (old, new) in RENAMED {
-            if let Some(value) = self.values.remove(old) {
-                self.values.insert(new.into(), value);
+        for (old, new) in renamed::KEYS {
+            if let Some(value) = self.values.remove(*old) {
+                self.values.insert((*new).into(), value);
             }
         }
     }

@@ -6,6 +6,7 @@ use exr::prelude::*;
 
 use super::channels::{Channels, Encoding};
 use super::limit::check_samples;
+use crate::caught::decoded;
 use crate::output::attributes;
 
 /// The first bytes of a file.
@@ -16,6 +17,10 @@ const SAMPLE_BYTES: u64 = 8;
 
 /// Decodes a flat file. Channels of a named part among several are called `part.channel`.
 pub fn decode(bytes: &[u8]) -> std::result::Result<Channels, String> {
+    decoded(|| decode_file(bytes), "it cannot be read as EXR: its data are damaged")
+}
+
+fn decode_file(bytes: &[u8]) -> std::result::Result<Channels, String> {
     let wrong = |error: Error| format!("it cannot be read as EXR: {error}");
     let meta = MetaData::read_from_buffered(std::io::Cursor::new(bytes), false).map_err(wrong)?;
     check_samples(meta.headers.iter().map(samples).sum(), SAMPLE_BYTES)?;

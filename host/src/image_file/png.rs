@@ -6,6 +6,7 @@ use image::{ImageFormat, ImageReader};
 
 use super::channels::{Channels, Encoding};
 use super::limit::check_samples;
+use crate::caught::decoded;
 
 /// The first bytes of a file.
 pub const MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
@@ -15,6 +16,10 @@ const SAMPLE_BYTES: u64 = 13;
 
 /// Decodes a PNG file of any colour type to `R`, `G`, `B` in [0, 1]; an alpha channel is left out.
 pub fn decode(bytes: &[u8]) -> Result<Channels, String> {
+    decoded(|| decode_file(bytes), "it cannot be read as PNG: its data are damaged")
+}
+
+fn decode_file(bytes: &[u8]) -> Result<Channels, String> {
     let wrong = |error| format!("it cannot be read as PNG: {error}");
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
     let (width, height) = reader().into_dimensions().map_err(wrong)?;

@@ -385,6 +385,8 @@ fn what_cannot_be_measured_is_a_usage_error() {
         (&["--png", "a.png"], "--png"),
         (&["--filter", "atrous"], "--filter is called --denoiser now"),
         (&["--error"], "--measure error"),
+        (&["--connections", "power"], "--connections is called --light-sampler now"),
+        (&["--tree-quality", "fast"], "--tree-quality is called --bvh-quality now"),
     ] {
         let (code, _, stderr) = desk.run(&[&base, options].concat());
         assert!(code == 2 && stderr.contains(named), "{options:?}: {code} {stderr}");

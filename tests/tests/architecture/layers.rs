@@ -23,7 +23,7 @@ const KERNELS: &[&[&str]] = &[
 
 /// Layers of the host's library, then of its program.
 const HOST: &[&[&str]] = &[
-    &["caught", "exact", "hash", "memory", "shard", "shell", "text", "threads"],
+    &["caught", "exact", "hash", "memory", "renamed", "shard", "shell", "text", "threads"],
     &["file", "counters", "energy", "rendered_image", "machine"],
     &["output", "sealed", "vulkan"],
     &["kernels"],

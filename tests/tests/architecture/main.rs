@@ -11,3 +11,4 @@ mod quotes;
 mod ray_queries;
 mod reading;
 mod unused;
+mod words;

@@ -24,18 +24,27 @@ struct Configuration {
     method: &'static Method,
     emission: &'static Emission,
     history: &'static History,
+    /// Relative standard error of a comparison in the mirror room by 400,000 paths of each number, at most: measured
+    /// ones, rounded up. Paths that start by power seldom meet the small casters.
+    max_error: f64,
 }
 
 const BY_POWER: Configuration =
-    Configuration { name: "by power", method: &BASIC, emission: &POWER, history: &NONE };
+    Configuration { name: "by power", method: &BASIC, emission: &POWER, history: &NONE, max_error: 0.05 };
 const CONFIGURATIONS: [Configuration; 7] = [
     BY_POWER,
-    Configuration { name: "aimed", emission: &AIMED, ..BY_POWER },
-    Configuration { name: "guided", emission: &GUIDED, ..BY_POWER },
-    Configuration { name: "validated", history: &VALIDATED, ..BY_POWER },
-    Configuration { name: "guided, validated", emission: &GUIDED, history: &VALIDATED, ..BY_POWER },
-    Configuration { name: "progressive", method: &PROGRESSIVE, ..BY_POWER },
-    Configuration { name: "kim2019", method: &KIM2019, ..BY_POWER },
+    Configuration { name: "aimed", emission: &AIMED, max_error: 0.02, ..BY_POWER },
+    Configuration { name: "guided", emission: &GUIDED, max_error: 0.02, ..BY_POWER },
+    Configuration { name: "validated", history: &VALIDATED, max_error: 0.08, ..BY_POWER },
+    Configuration {
+        name: "guided, validated",
+        emission: &GUIDED,
+        history: &VALIDATED,
+        max_error: 0.02,
+        ..BY_POWER
+    },
+    Configuration { name: "progressive", method: &PROGRESSIVE, max_error: 0.12, ..BY_POWER },
+    Configuration { name: "kim2019", method: &KIM2019, max_error: 0.2, ..BY_POWER },
 ];
 
 /// Mean over runs of a view at rest of what the caustics of their frames sum up to. Frames of a run depend on each other where a
@@ -76,8 +85,8 @@ fn energy(scene: &Scene, configuration: Configuration, paths_per_pixel: f64, fra
     Mean::from_samples(&energies)
 }
 
-/// Compares numbers of paths with ten paths a pixel, `budget` paths of each in so many runs; the largest error that is allowed of a
-/// mean.
+/// Compares numbers of paths with ten paths a pixel, `budget` paths of each in `runs` runs. Fails where they differ by
+/// more than three standard errors, or where a relative error is above `error` times the largest of the configuration.
 fn have_one_energy(
     scene: &Scene,
     configurations: &[Configuration],
@@ -104,7 +113,7 @@ fn have_one_energy(
                 few.error.hypot(many.error) / many.value,
             );
             println!("{line}");
-            let sharp = few.error.hypot(many.error) <= error * many.value;
+            let sharp = few.error.hypot(many.error) <= error * configuration.max_error * many.value;
             if z.abs().is_nan() || z.abs() > 3.0 || !sharp {
                 wrong.push(line);
             }
@@ -121,7 +130,7 @@ fn caustics_of_few_light_paths_have_the_energy_of_many() {
         CONFIGURATIONS
             [configurations.iter().position(|configuration| *configuration == name).expect("a configuration")]
     });
-    have_one_energy(&scene, &[aimed, guided, kept], &[0.01, 0.1, 1.0], 8000.0, 24, 0.15);
+    have_one_energy(&scene, &[aimed, guided, kept], &[0.01, 0.1, 1.0], 8000.0, 24, 7.5);
 }
 
 mod release {
@@ -131,7 +140,7 @@ mod release {
     #[ignore = "minutes"]
     fn caustics_of_few_light_paths_have_the_energy_of_many_sharply() {
         for scene in [committed("mirror-room"), open_air().build()] {
-            have_one_energy(&scene, &CONFIGURATIONS, &[0.01, 0.03, 0.1, 0.3, 1.0, 3.0], 400_000.0, 32, 0.02);
+            have_one_energy(&scene, &CONFIGURATIONS, &[0.01, 0.03, 0.1, 0.3, 1.0, 3.0], 400_000.0, 32, 1.0);
         }
     }
 
@@ -139,7 +148,8 @@ mod release {
     #[test]
     #[ignore = "a minute"]
     fn splats_of_few_light_paths_have_the_energy_of_many_sharply() {
-        let configuration = Configuration { name: "yang2021", method: &YANG2021, ..BY_POWER };
-        have_one_energy(&committed("mirror-room"), &[configuration], &[0.01, 0.1, 1.0], 400_000.0, 32, 0.05);
+        let configuration =
+            Configuration { name: "yang2021", method: &YANG2021, max_error: 0.13, ..BY_POWER };
+        have_one_energy(&committed("mirror-room"), &[configuration], &[0.01, 0.1, 1.0], 400_000.0, 32, 1.0);
     }
 }

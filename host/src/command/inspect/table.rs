@@ -28,7 +28,7 @@ pub fn table(inspection: &Inspection) -> String {
         ),
     }
     if let Some(photons) = photons {
-        add_deposits(&mut text, photons);
+        add_photons(&mut text, photons);
         for (path, photon) in light_paths.iter().zip(&photons.some) {
             let LightPath { path, light, start, flux, vertices, .. } = path;
             let light =
@@ -46,7 +46,7 @@ pub fn table(inspection: &Inspection) -> String {
 }
 
 /// What is to be said of all photons.
-fn add_deposits(text: &mut String, photons: &Photons) {
+fn add_photons(text: &mut String, photons: &Photons) {
     let Photons { gathered, count, light_paths, skipped, flux, radiance, .. } = photons;
     line(
         text,

@@ -56,7 +56,7 @@ pub fn text(status: &Status<'_>) -> String {
         value["camera"] = camera_status(scene, request, camera);
     }
     if let Some(job) = job {
-        value["image"] = lane_status(job);
+        value["image"] = job_status(job);
         if let Some(camera) = status.camera.filter(|_| !moves) {
             let (cell, frames) = (&job.configuration.cell, job.sums.frames());
             let shot = save::Shot {
@@ -71,7 +71,7 @@ pub fn text(status: &Status<'_>) -> String {
         }
     }
     if let Some(job) = against {
-        value["other"] = lane_status(job);
+        value["other"] = job_status(job);
     }
     value.to_string()
 }
@@ -106,7 +106,7 @@ fn camera_status(scene: &Scene, request: &ViewRequest, camera: &SceneCamera) -> 
     })
 }
 
-fn lane_status(job: &RenderJob) -> Value {
+fn job_status(job: &RenderJob) -> Value {
     let [width, height] = job.configuration.size;
     json!({
         "device": job.opened.session.device(), "why": job.opened.reason, "gather": job.opened.gather,

@@ -11,6 +11,7 @@ use super::value::{Count, Filter, NonEmpty, Positive, Side};
 use crate::exact;
 use crate::experiment::reference::SEED;
 use crate::memory;
+use crate::renamed;
 use crate::scene::{
     BvhCache, BvhOptions, BvhQuality, DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError,
 };
@@ -173,8 +174,12 @@ impl Config {
         }
         memory::check(memory::toml_parse_bytes(text))
             .map_err(|short| format!("it would take {short}; share its [[matrix]] out among files"))?;
-        let config: Config =
-            toml::from_str(text).map_err(|error| error.to_string().trim_end().to_string())?;
+        let config: Config = toml::from_str(text).map_err(|error| {
+            let message = error.to_string().trim_end().to_string();
+            let unknown = message.split_once("unknown field `").and_then(|(_, rest)| rest.split('`').next());
+            let hint = unknown.and_then(|key| renamed::hint(renamed::KEYS, key));
+            hint.map_or(message.clone(), |hint| format!("{message}\n{hint}"))
+        })?;
         config.check(text)?;
         Ok(config)
     }
@@ -339,6 +344,8 @@ mod tests {
             ("[1]", "[1e400]", "line 8", "paths_per_pixel"),
             ("[1]", "[1]\ngather = [\"sieve\"]", "line 9", "photons-grid"),
             ("[1]", "[1]\nneeds = [\"all\"]", "line 9", "needs is called features now"),
+            ("[1]", "[1]\nconnections = [\"power\"]", "line 9", "connections is called light_sampler now"),
+            ("[time]", "tree_quality = \"fast\"\n[time]", "line 1", "tree_quality is called bvh_quality now"),
         ] {
             assert!(GOOD.contains(from));
             let error = Config::parse(&GOOD.replacen(from, to, 1)).unwrap_err();

@@ -9,7 +9,7 @@ use super::value::{NonEmpty, Side};
 use crate::exact::Exact;
 use crate::experiment::matrix::Matrix;
 use crate::experiment::parameter::{self, METHOD, PATHS_PER_PIXEL, Parameter, spelled};
-use crate::experiment::result::RENAMED;
+use crate::renamed;
 use crate::scene::{CameraChoice, Position};
 
 /// A table of lists.
@@ -110,10 +110,8 @@ impl<'de> Deserialize<'de> for Key {
         let text = String::deserialize(key)?;
         known_keys().find(|known| *known == text).map(Key).ok_or_else(|| {
             let known: Vec<_> = known_keys().collect();
-            D::Error::custom(match RENAMED.iter().find(|(old, _)| *old == text) {
-                Some((old, new)) => format!("{old} is called {new} now"),
-                None => format!("unknown key {text}; known are {}", known.join(", ")),
-            })
+            let unknown = || format!("unknown key {text}; known are {}", known.join(", "));
+            D::Error::custom(renamed::hint(renamed::KEYS, &text).unwrap_or_else(unknown))
         })
     }
 }

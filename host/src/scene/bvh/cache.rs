@@ -31,8 +31,8 @@ const BUILDER: &str = "obvhs 0.4.0";
 const MAX_HEAD: u64 = 1 << 16;
 /// Bytes of a triangle and of the nodes that it takes at most: each node but the root of one triangle has two children.
 const MAX_TRIANGLE: u64 = (size_of::<u32>() + size_of::<u8>() + size_of::<[u32; WIDTH]>()) as u64;
-/// Boxes that a ray enters in a BVH that is kept, as expected by their areas: this many and [`MAX_SHARE`] of the leaves. Scenes
-/// have 8 to 120 of them; a BVH of triangles in random order has a tenth of all. Beyond, a BVH is built each time.
+/// Boxes that a ray enters in a BVH that is kept, as expected by their areas: this many and [`MAX_SHARE`] of the leaves. A BVH
+/// of triangles in random order has a tenth of all. Beyond, a BVH is built each time.
 const MAX_BOXES: f64 = 256.0;
 /// Share of the leaves, see [`MAX_BOXES`].
 const MAX_SHARE: f64 = 1.0 / 64.0;

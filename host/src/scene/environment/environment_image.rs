@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use image::{ImageFormat, ImageReader};
 
+use crate::caught::decoded;
 use crate::file::read_file;
 use crate::image_file::Channels;
 
@@ -89,7 +90,9 @@ fn radiance_hdr(bytes: &[u8]) -> Result<(u32, u32, Vec<Vec3>), String> {
     // Its texels are copied once.
     limits.max_alloc = crate::memory::available().map(|bytes| bytes / 2);
     reader.limits(limits);
-    let image = reader.decode().map_err(wrong)?.into_rgb32f();
+    let image =
+        decoded(|| reader.decode().map_err(wrong), "cannot be read as Radiance HDR: its data are damaged")?
+            .into_rgb32f();
     let (width, height) = image.dimensions();
     Ok((width, height, image.pixels().map(|texel| Vec3::from_array(texel.0)).collect()))
 }

@@ -2,11 +2,13 @@
 
 use std::borrow::Cow;
 use std::io::Cursor;
+use std::panic::UnwindSafe;
 
-use image::{ImageFormat, ImageReader, Limits};
+use image::{ImageFormat, ImageReader, ImageResult, Limits};
 use serde_json::Value;
 
 use super::basis;
+use crate::caught::decoded;
 use crate::scene::gltf::buffer;
 use crate::scene::gltf::document::Document;
 use crate::scene::texture::{Image, MAX_SIDE};
@@ -26,7 +28,7 @@ pub fn size(document: &Document, image: &Value) -> Result<(u32, u32), String> {
     if basis::is_ktx(&bytes) {
         return check_size(basis::size(&bytes)?);
     }
-    check_size(reader(&bytes)?.into_dimensions().map_err(|error| damaged(&error))?)
+    check_size(decode(&bytes, ImageReader::into_dimensions)?)
 }
 
 /// An image.
@@ -36,7 +38,7 @@ pub fn read(document: &Document, image: &Value) -> Result<Image, String> {
         check_size(basis::size(&bytes)?)?;
         return basis::read(&bytes);
     }
-    let image = reader(&bytes)?.decode().map_err(|error| damaged(&error))?.into_rgba8();
+    let image = decode(&bytes, ImageReader::decode)?.into_rgba8();
     let (width, height) = check_size(image.dimensions())?;
     Ok(Image { width, height, texels: image.pixels().map(|pixel| pixel.0).collect() })
 }
@@ -49,6 +51,17 @@ fn bytes<'a>(document: &'a Document, image: &Value) -> Result<Cow<'a, [u8]>, Str
         (None, Some(view)) => buffer::view_bytes(view, &sections.buffer_views, buffers).map(Cow::Borrowed),
         (None, None) => Err("has neither a uri nor a bufferView".into()),
     }
+}
+
+/// Result of a decoder that is given these bytes. image-webp 0.2.4 panics at some damaged animations.
+fn decode<'a, T>(
+    bytes: &'a [u8],
+    decode: impl FnOnce(ImageReader<Cursor<&'a [u8]>>) -> ImageResult<T> + UnwindSafe,
+) -> Result<T, String> {
+    decoded(
+        || decode(reader(bytes)?).map_err(|error| damaged(&error)),
+        "cannot be decoded: its data are damaged",
+    )
 }
 
 fn damaged(error: &dyn std::fmt::Display) -> String {

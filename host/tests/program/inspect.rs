@@ -41,7 +41,7 @@ fn a_pixel_is_told_as_a_table_and_as_json() {
 
         let (_, table, _) = run(&[]);
         let count = &photons["count"];
-        assert!(table.contains(&format!("\ndeposits: {count} of 20000 light paths, ")), "{table}");
+        assert!(table.contains(&format!("\nphotons: {count} of 20000 light paths, ")), "{table}");
         assert!(table.contains("collection point: lambert"), "{table}");
         let paths = table.lines().filter(|line| line.starts_with("light path ")).count();
         assert_eq!(paths, inspection["light_paths"].as_array().unwrap().len());

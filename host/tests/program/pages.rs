@@ -35,7 +35,7 @@ fn shells_complete_commands_options_and_values() {
     let script = desk.path().join("caustics.bash");
     std::fs::write(&script, bash).unwrap();
     assert_eq!(offered(&script, &["caustics", "ren"]).trim(), "render");
-    assert_eq!(offered(&script, &["caustics", "render", "--light"]).trim(), "--light-paths");
+    assert_eq!(offered(&script, &["caustics", "render", "--light-p"]).trim(), "--light-paths");
     assert_eq!(offered(&script, &["caustics", "render", "--aov", "al"]).trim(), "albedo");
     for shell in ["zsh", "fish", "elvish", "powershell"] {
         let (code, script) = caustics(desk.path(), &["completions", shell]);

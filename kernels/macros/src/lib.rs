@@ -15,7 +15,7 @@
 //!     let point = &point_geometry[pixel as usize];
 //!     let mut caustic = Vec3::ZERO;
 //!     if point.exists() {
-//!         let (sum, _) = Sum::read(accumulator, pixel, params.quantum);
+//!         let (sum, _) = GatheredSum::read(accumulator, pixel, params.quantum);
 //!         caustic = radiance(point, &point_shading[pixel as usize], sum);
 //!     }
 //!     caustic_radiance.write(pixel, caustic);

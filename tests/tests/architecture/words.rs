@@ -195,8 +195,9 @@ impl Text {
                     starts_variant = false;
                 }
                 TokenTree::Group(group) => {
-                    let is_attribute =
-                        at > 0 && is_sign(at - 1, '#') && group.delimiter() == Delimiter::Bracket;
+                    let is_attribute = at > 0
+                        && (is_sign(at - 1, '#') || at > 1 && is_sign(at - 1, '!') && is_sign(at - 2, '#'))
+                        && group.delimiter() == Delimiter::Bracket;
                     if is_attribute {
                         test_follows |= group.stream().to_string() == "test";
                         self.prose.extend(doc(group.stream()));

@@ -82,7 +82,7 @@ pub fn table(scene: &ReportScene) -> (Table, Vec<(&'static str, String)>) {
         if is_setting && is_constant {
             match &column.values[0] {
                 TableValue::Text(text) | TableValue::Number(_, text) => {
-                    common.push((column.head, text.clone()))
+                    common.push((column.head, text.clone()));
                 }
                 TableValue::None => {}
             }

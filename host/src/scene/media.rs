@@ -114,7 +114,7 @@ impl Media {
             match &to_world {
                 None => self.moving += solids.boxes.len(),
                 Some(to_world) => {
-                    self.boxes.extend(solids.boxes.iter().map(|bounds| around(bounds, to_world)))
+                    self.boxes.extend(solids.boxes.iter().map(|bounds| around(bounds, to_world)));
                 }
             }
             for solid in &solids.solids {

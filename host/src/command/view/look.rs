@@ -97,7 +97,7 @@ impl Look {
     }
 
     /// The image as it is shown.
-    pub fn to_raster(&self, shown: &DisplayedImage) -> Raster {
+    pub fn raster(&self, shown: &DisplayedImage) -> Raster {
         let image = &shown.image;
         let mut raster =
             Raster { width: image.width as u32, height: image.height as u32, ..Raster::default() };
@@ -194,14 +194,14 @@ mod tests {
     fn light_is_shown_as_display_does_it_to_a_step_or_two() {
         let colors: Vec<Vec3> = (0..1000).map(|i| Vec3::new(1e-3, 0.011, 0.2) * 1.01_f32.powi(i)).collect();
         let look = Look { layer: Layer::Beauty, exposure: Exposure::Stops(0.7) };
-        let raster = look.to_raster(&shown(colors.clone()));
+        let raster = look.raster(&shown(colors.clone()));
         for (bytes, color) in raster.bytes.as_chunks::<3>().0.iter().zip(&colors) {
             let exact = tone_mapped(*color, 0.7_f32.exp2()) * 255.0;
             for (byte, exact) in bytes.iter().zip(exact.to_array()) {
                 assert!((f32::from(*byte) - exact).abs() <= 2.0, "{byte} for {exact}");
             }
         }
-        let odd = look.to_raster(&shown(vec![Vec3::new(f32::NAN, f32::INFINITY, -1.0)]));
+        let odd = look.raster(&shown(vec![Vec3::new(f32::NAN, f32::INFINITY, -1.0)]));
         assert_eq!(odd.bytes[0], 0);
         assert!(odd.bytes[1] > 250 && odd.bytes[2] == 0);
     }
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn numbers_are_false_colours_up_to_what_few_exceed() {
         let look = Look { layer: Layer::Photons, exposure: Exposure::Auto };
-        let raster = look.to_raster(&shown(vec![Vec3::ZERO; 1000]));
+        let raster = look.raster(&shown(vec![Vec3::ZERO; 1000]));
         assert_eq!(raster.brightest, Some(998.0));
         let [first, last] = [colorous::VIRIDIS.eval_continuous(0.0), colorous::VIRIDIS.eval_continuous(1.0)];
         assert_eq!(raster.bytes[..3], [first.r, first.g, first.b]);

@@ -13,7 +13,7 @@ use super::shared::PageFrame;
 /// An image as it is sent: the length of a head in four bytes, the head in JSON, the bytes of the image.
 pub fn packet(frame: &PageFrame, side: usize, look: Look, format: Format) -> Vec<u8> {
     let start = Instant::now();
-    let raster = look.to_raster(&frame.shown);
+    let raster = look.raster(&frame.shown);
     let (kind, bytes) = encoded(&raster, format);
     let head = json!({
         "side": side, "serial": frame.serial, "samples": frame.samples, "moves": frame.moves, "at": frame.at,

@@ -82,7 +82,7 @@ impl Engine<'_> {
     fn png(&mut self) -> anyhow::Result<Vec<u8>> {
         let look = self.shared.request().look;
         let suits = self.suits.unwrap_or_default();
-        let raster = look.to_raster(&DisplayedImage { suits, ..self.converged()?.mean(look.layer) });
+        let raster = look.raster(&DisplayedImage { suits, ..self.converged()?.mean(look.layer) });
         let colors = raster.bytes.as_chunks::<3>().0.iter().map(|pixel| {
             let [r, g, b] = pixel.map(f32::from);
             Vec3::new(r, g, b) / 255.0

@@ -19,6 +19,7 @@ mod binary;
 mod cache;
 mod groups;
 mod plan;
+mod rows;
 #[cfg(test)]
 mod tests;
 pub mod top;

@@ -19,7 +19,6 @@ mod binary;
 mod cache;
 mod groups;
 mod plan;
-mod rows;
 #[cfg(test)]
 mod tests;
 pub mod top;

@@ -9,8 +9,6 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::rows;
-
 /// BVH build quality. Changes rounding, not the expected image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -35,17 +33,11 @@ impl BvhQuality {
     }
 }
 
-/// Boxes of a row from which on its clustering would take too many passes.
-const MIN_ROW: usize = 1024;
-
 /// Clusters boxes bottom up, then moves nodes to where they cost less [Meister and Bittner 2018]. The number of threads
 /// changes no bit.
 pub fn build(boxes: &[Aabb], quality: BvhQuality) -> Bvh2 {
-    let mut binary = if rows::longest(boxes) < MIN_ROW {
-        cluster(boxes)
-    } else {
-        refitted(cluster(&rows::jittered(boxes)), boxes)
-    };
+    let ids = (0..boxes.len() as u32).collect();
+    let mut binary = PlocBuilder::new().build(PlocSearchDistance::Medium, boxes, ids, SortPrecision::U64, 0);
     // How often it clustered, which is no less than the BVH is deep.
     let clustered = std::mem::replace(&mut binary.max_depth, DEFAULT_MAX_STACK_DEPTH);
     binary.update_parents();
@@ -58,21 +50,6 @@ pub fn build(boxes: &[Aabb], quality: BvhQuality) -> Bvh2 {
         }
         reinsert(&mut binary, share);
     }
-    binary
-}
-
-/// Clusters boxes bottom up: each pass pairs those that are nearest to each other.
-fn cluster(boxes: &[Aabb]) -> Bvh2 {
-    let ids = (0..boxes.len() as u32).collect();
-    PlocBuilder::new().build(PlocSearchDistance::Medium, boxes, ids, SortPrecision::U64, 0)
-}
-
-/// The BVH with these boxes in its leaves.
-fn refitted(mut binary: Bvh2, boxes: &[Aabb]) -> Bvh2 {
-    for node in binary.nodes.iter_mut().filter(|node| node.is_leaf()) {
-        node.set_aabb(boxes[binary.primitive_indices[node.first_index as usize] as usize]);
-    }
-    binary.refit_all();
     binary
 }
 
@@ -115,51 +92,5 @@ fn reinsert(binary: &mut Bvh2, share: f32) {
             ends.iter().for_each(|&end| touched[end] = true);
             reinsert_node(binary, from, to);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::Vec3A;
-
-    use super::*;
-
-    /// Boxes side by side, each so many times as wide as the one before.
-    fn row(count: usize, growth: f32) -> Vec<Aabb> {
-        let mut start = 0.0;
-        let of_width = |width: f32| {
-            let min = Vec3A::new(start, 0.0, 0.0);
-            start += width;
-            Aabb { min, max: Vec3A::new(start, 1.0, 0.0) }
-        };
-        (0..count).map(|at| growth.powi(at as i32)).map(of_width).collect()
-    }
-
-    #[test]
-    fn rows_of_equal_or_growing_boxes_take_few_passes() {
-        for growth in [1.0, 1.001, 0.999] {
-            let boxes = row(4000, growth);
-            // Without jitter, most passes pair two boxes.
-            assert!(cluster(&boxes).max_depth > 500, "{growth}");
-            assert!(rows::longest(&boxes) >= MIN_ROW, "{growth}");
-            let jittered = cluster(&rows::jittered(&boxes));
-            assert!(jittered.max_depth <= DEFAULT_MAX_STACK_DEPTH, "{growth}: {}", jittered.max_depth);
-
-            let binary = build(&boxes, BvhQuality::Medium);
-            let all = boxes.iter().fold(Aabb::empty(), |all, bounds| all.union(bounds));
-            assert_eq!(*binary.nodes[0].aabb(), all, "{growth}");
-        }
-    }
-
-    #[test]
-    fn scattered_boxes_and_grids_are_no_rows() {
-        let side = 64;
-        let cell = |at: usize| Vec3A::new((at % side) as f32, (at / side) as f32, 0.0);
-        let grid: Vec<Aabb> = (0..side * side)
-            .map(|at| Aabb { min: cell(at), max: cell(at) + Vec3A::new(1.0, 1.0, 0.0) })
-            .collect();
-        assert!(rows::longest(&grid) < MIN_ROW / 8, "{}", rows::longest(&grid));
-        let scattered: Vec<Aabb> = rows::jittered(&grid);
-        assert!(rows::longest(&scattered) < MIN_ROW / 8, "{}", rows::longest(&scattered));
     }
 }

@@ -17,6 +17,7 @@ pub(crate) use self::cache::{accepts, sealed_file};
 
 mod binary;
 mod cache;
+mod clustering;
 mod groups;
 mod plan;
 #[cfg(test)]

@@ -5,9 +5,10 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::{Reinsertion, find_reinsertion, reinsert_node};
 use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+use super::clustering;
 
 /// BVH build quality. Changes rounding, not the expected image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -36,15 +37,13 @@ impl BvhQuality {
 /// Clusters boxes bottom up, then moves nodes to where they cost less [Meister and Bittner 2018]. The number of threads
 /// changes no bit.
 pub fn build(boxes: &[Aabb], quality: BvhQuality) -> Bvh2 {
-    let ids = (0..boxes.len() as u32).collect();
-    let mut binary = PlocBuilder::new().build(PlocSearchDistance::Medium, boxes, ids, SortPrecision::U64, 0);
-    // How often it clustered, which is no less than the BVH is deep.
-    let clustered = std::mem::replace(&mut binary.max_depth, DEFAULT_MAX_STACK_DEPTH);
+    let (mut binary, passes) = clustering::build(boxes);
     binary.update_parents();
     for (pass, share) in quality.passes().into_iter().enumerate() {
         // The search's stack has room for usual depths only; a pathological BVH is balanced later instead.
-        let is_known = pass == 0 && clustered <= DEFAULT_MAX_STACK_DEPTH;
-        let levels = if is_known { clustered } else { depth(&binary) };
+        let max_levels = passes + 1;
+        let is_known = pass == 0 && max_levels <= DEFAULT_MAX_STACK_DEPTH;
+        let levels = if is_known { max_levels } else { depth(&binary) };
         if binary.nodes[0].is_leaf() || levels > DEFAULT_MAX_STACK_DEPTH {
             break;
         }

@@ -25,8 +25,10 @@ const PREFIX: &str = "bvh-";
 const WORTH: usize = 1 << 16;
 /// What all files may take unless somebody says otherwise (MiB).
 const DEFAULT_MIB: u64 = 1024;
-/// The crate that the BVHs are built with, whose versions may build different ones.
+/// The crate that moves nodes of BVHs, whose versions may build different ones.
 const BUILDER: &str = "obvhs 0.4.0";
+/// Version of `clustering.rs`: raised when it builds different BVHs.
+const CLUSTERING: u32 = 1;
 /// Bytes of a file beside its triangles and nodes at most.
 const MAX_HEAD: u64 = 1 << 16;
 /// Bytes of a triangle and of the nodes that it takes at most: each node but the root of one triangle has two children.
@@ -67,8 +69,9 @@ struct Head {
 
 impl BvhCacheKey {
     pub(super) fn new(triangles: &[Triangle], levels: u32, quality: BvhQuality) -> BvhCacheKey {
+        let builder = format!("clustering {CLUSTERING}, {BUILDER}");
         let (digest, count) = (Digest::hex([cast_slice(triangles)]), triangles.len());
-        BvhCacheKey { triangles: digest, count, levels, quality, builder: BUILDER.into() }
+        BvhCacheKey { triangles: digest, count, levels, quality, builder }
     }
 
     fn file_name(&self) -> String {

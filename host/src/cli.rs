@@ -78,6 +78,16 @@ impl Cli {
     }
 }
 
+/// Refuses an environment variable that was renamed.
+pub fn check_variables() -> Result<(), Usage> {
+    let is_set = |name: &str| std::env::var_os(name).is_some();
+    let old = renamed::VARIABLES.iter().find(|(old, _)| is_set(old));
+    match old.and_then(|(old, _)| renamed::hint(renamed::VARIABLES, old)) {
+        Some(hint) => Err(Usage(hint)),
+        None => Ok(()),
+    }
+}
+
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {

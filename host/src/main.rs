@@ -27,7 +27,18 @@ fn main() -> ExitCode {
     if let Err(few) = caustics::threads::prepare() {
         message!("warning: {few}; this takes longer");
     }
-    let result = match command {
+    let result = cli::check_variables().map_err(Into::into).and_then(|()| run(command));
+    match result {
+        Ok(code) => code,
+        Err(error) => {
+            message!("error: {}", command::console::error_chain(&error));
+            ExitCode::from(exit_code(&error))
+        }
+    }
+}
+
+fn run(command: cli::Command) -> anyhow::Result<ExitCode> {
+    match command {
         cli::Command::Render(options) => command::render::run(*options),
         cli::Command::View(options) => command::view::run(&options),
         cli::Command::Animate(options) => command::animate::run(&options),
@@ -42,13 +53,6 @@ fn main() -> ExitCode {
         cli::Command::Scene(command) => command::scene::run(command),
         cli::Command::Completions(options) => command::pages::completions(&options),
         cli::Command::Man(options) => command::pages::man(&options),
-    };
-    match result {
-        Ok(code) => code,
-        Err(error) => {
-            message!("error: {}", command::console::error_chain(&error));
-            ExitCode::from(exit_code(&error))
-        }
     }
 }
 

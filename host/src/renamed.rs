@@ -1,4 +1,4 @@
-//! Options and keys that were called otherwise. An old spelling on the command line or in a sweep is an error that says the new
+//! Options, keys and environment variables that were renamed. An old spelling on the command line, in a sweep or in the environment is an error that says the new
 //! one; results on disk are read under both. Imports nothing.
 
 /// Options of the command line.
@@ -22,6 +22,9 @@ pub const KEYS: &[(&str, &str)] = &[
     ("tree_quality", "bvh_quality"),
 ];
 
+/// Environment variables.
+pub const VARIABLES: &[(&str, &str)] = &[("CAUSTICS_TREES_MIB", "CAUSTICS_BVH_CACHE_MIB")];
+
 /// Returns the new name of an old one, as a sentence.
 pub fn hint(renamed: &[(&str, &str)], name: &str) -> Option<String> {
     let (old, new) = renamed.iter().find(|(old, _)| *old == name)?;
@@ -44,8 +47,8 @@ mod tests {
 
     #[test]
     fn no_new_name_is_an_old_one() {
-        for (_, new) in OPTIONS.iter().chain(KEYS) {
-            assert_eq!(hint(OPTIONS, new).or(hint(KEYS, new)), None);
+        for (_, new) in OPTIONS.iter().chain(KEYS).chain(VARIABLES) {
+            assert_eq!(hint(OPTIONS, new).or(hint(KEYS, new)).or(hint(VARIABLES, new)), None);
         }
     }
 }

@@ -410,3 +410,27 @@ fn ctrl_c_saves_what_is_done() {
     assert_eq!(folder.path().read_dir().unwrap().count(), 2);
     assert!(folder.path().join("out.exr.checkpoint").exists());
 }
+
+#[test]
+fn renamed_options_and_variables_are_refused_with_their_new_names() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, variable, expected) in [
+        (
+            &["render", "ring", "--connections", "power"][..],
+            None,
+            "--connections is called --light-sampler now",
+        ),
+        (
+            &["scene", "list"],
+            Some("CAUSTICS_TREES_MIB"),
+            "CAUSTICS_TREES_MIB is called CAUSTICS_BVH_CACHE_MIB now",
+        ),
+    ] {
+        let mut command = caustics(folder.path());
+        command.args(arguments).envs(variable.map(|name| (name, "64")));
+        let output = command.output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(expected), "{stderr}");
+    }
+}

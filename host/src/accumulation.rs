@@ -105,7 +105,7 @@ impl Accumulation {
         self.shown
             .par_chunks_mut(SHOWN)
             .enumerate()
-            .for_each(|(pixel, row)| show(row, &image.auxiliary, pixel));
+            .for_each(|(pixel, record)| show(record, &image.auxiliary, pixel));
     }
 
     /// Adds the sums of the frames that follow.
@@ -158,16 +158,16 @@ impl Accumulation {
     /// The means of what other tools ask, over the frames in which a pixel shows something; the first material.
     fn shown(&self) -> Auxiliary {
         let mut auxiliary = Auxiliary::default();
-        for row in self.shown.chunks(SHOWN) {
-            let scale = 1.0 / row[0].max(1.0);
-            let number = |at: usize| (row[at] * scale) as f32;
+        for record in self.shown.chunks(SHOWN) {
+            let scale = 1.0 / record[0].max(1.0);
+            let number = |at: usize| (record[at] * scale) as f32;
             let vector = |at: usize| Vec3::new(number(at), number(at + 1), number(at + 2));
             auxiliary.normal.push(vector(1));
             auxiliary.albedo.push(vector(4));
             auxiliary.position.push(vector(7));
             auxiliary.depth.push(number(10));
             auxiliary.motion.push(Vec2::new(number(11), number(12)));
-            auxiliary.material.push(if row[0] > 0.0 { row[MATERIAL] as f32 } else { NO_MATERIAL });
+            auxiliary.material.push(if record[0] > 0.0 { record[MATERIAL] as f32 } else { NO_MATERIAL });
         }
         auxiliary
     }
@@ -261,18 +261,18 @@ const SHOWN: usize = 14;
 const MATERIAL: usize = 13;
 
 /// Adds what a pixel shows.
-fn show(row: &mut [f64], auxiliary: &Auxiliary, pixel: usize) {
+fn show(record: &mut [f64], auxiliary: &Auxiliary, pixel: usize) {
     if auxiliary.depth[pixel] <= 0.0 {
         return;
     }
-    if row[0] == 0.0 {
-        row[MATERIAL] = f64::from(auxiliary.material[pixel]);
+    if record[0] == 0.0 {
+        record[MATERIAL] = f64::from(auxiliary.material[pixel]);
     }
-    row[0] += 1.0;
+    record[0] += 1.0;
     let vectors = [&auxiliary.normal, &auxiliary.albedo, &auxiliary.position];
     let vectors = vectors.into_iter().flat_map(|layer| layer[pixel].to_array());
     let values = vectors.chain([auxiliary.depth[pixel]]).chain(auxiliary.motion[pixel].to_array());
-    row[1..MATERIAL].iter_mut().zip(values).for_each(|(sum, value)| *sum += f64::from(value));
+    record[1..MATERIAL].iter_mut().zip(values).for_each(|(sum, value)| *sum += f64::from(value));
 }
 
 #[cfg(test)]

@@ -149,11 +149,11 @@ pub struct Difference {
 /// The first that differs, by name.
 pub fn difference(ours: &Identity, theirs: &Identity) -> Option<Difference> {
     let names: std::collections::BTreeSet<_> = ours.keys().chain(theirs.keys()).collect();
-    let of = |identity: &Identity, name| identity.get(name).cloned().unwrap_or_default();
+    let value = |identity: &Identity, name| identity.get(name).cloned().unwrap_or_default();
     let mut pairs = names.into_iter().map(|name| Difference {
         name: name.clone(),
-        theirs: of(theirs, name),
-        ours: of(ours, name),
+        theirs: value(theirs, name),
+        ours: value(ours, name),
     });
     pairs.find(|pair| pair.ours != pair.theirs)
 }

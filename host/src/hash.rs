@@ -77,9 +77,9 @@ mod tests {
             flipped[bit / 8] ^= 1 << (bit % 8);
             assert_ne!(Digest::hex([&flipped[..]]), whole, "bit {bit}");
         }
-        let of = |parts: &[&str]| Digest::hex(parts.iter().map(|part| part.as_bytes()));
-        assert_ne!(of(&["ab", "c"]), of(&["a", "bc"]));
-        assert_ne!(of(&["a"]), of(&["a", ""]));
+        let hex = |parts: &[&str]| Digest::hex(parts.iter().map(|part| part.as_bytes()));
+        assert_ne!(hex(&["ab", "c"]), hex(&["a", "bc"]));
+        assert_ne!(hex(&["a"]), hex(&["a", ""]));
     }
 
     #[test]

@@ -57,11 +57,11 @@ impl<'a> Group<'a> {
     /// What it and all groups around it leave (bytes). A container sees its own group at the root, whatever its path.
     fn available(&self, read: &impl Fn(&Path) -> Option<String>) -> Option<u64> {
         let left = |path: &Path| {
-            let of = |name: &str| read(&Path::new(self.root).join(path).join(name));
+            let file = |name: &str| read(&Path::new(self.root).join(path).join(name));
             // A version 2 group without a limit says "max".
-            let limit: u64 = of(self.limit)?.trim().parse().ok()?;
-            let used: u64 = of(self.used)?.trim().parse().ok()?;
-            let stat = of("memory.stat").unwrap_or_default();
+            let limit: u64 = file(self.limit)?.trim().parse().ok()?;
+            let used: u64 = file(self.used)?.trim().parse().ok()?;
+            let stat = file("memory.stat").unwrap_or_default();
             let files: u64 = self.files.iter().filter_map(|name| field(&stat, name)).sum();
             Some(limit.saturating_sub(used.saturating_sub(files)))
         };

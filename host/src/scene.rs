@@ -219,7 +219,7 @@ impl Scene {
             instances,
             materials,
             lights,
-            environment: &environment.rows,
+            environment: &environment.records,
             environment_texels: &environment.texels,
             environment_cdf: &environment.cdf,
             textures,

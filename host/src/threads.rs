@@ -136,7 +136,7 @@ mod tests {
         for threads in [1, 3] {
             let pool = pool(threads).unwrap();
             assert_eq!(pool.current_num_threads(), threads);
-            assert_eq!(pool.broadcast(|of| of.index()), (0..threads).collect::<Vec<_>>());
+            assert_eq!(pool.broadcast(|thread| thread.index()), (0..threads).collect::<Vec<_>>());
         }
         assert_eq!(check(3), Ok(()));
     }

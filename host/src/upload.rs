@@ -28,9 +28,11 @@ impl Upload {
         }
         Upload {
             lights: scene.lights.clone(),
-            environment: scene.environment.rows.clone(),
+            environment: scene.environment.records.clone(),
             instance_transforms: scene.instanced.instance_transforms().to_vec(),
-            deformed: deformed(scene).map(|(_, mesh)| scene.triangles[mesh.rows()].to_vec()).collect(),
+            deformed: deformed(scene)
+                .map(|(_, mesh)| scene.triangles[mesh.triangle_ids()].to_vec())
+                .collect(),
         }
     }
 
@@ -49,24 +51,29 @@ impl Upload {
             // The rows of all that emit, from the first to the last, say which light they are.
             let emitters = scene.emitters.iter().map(|emitter| emitter.triangle as usize);
             if let Some((first, last)) = emitters.clone().min().zip(emitters.max()) {
-                rows(runner, "surfaces", &scene.surfaces, first..last + 1)?;
+                write_records(runner, "surfaces", &scene.surfaces, first..last + 1)?;
             }
         }
         if now.environment != self.environment {
-            runner.write("environment", cast_slice(&scene.environment.rows))?;
+            runner.write("environment", cast_slice(&scene.environment.records))?;
         }
         for (_, mesh) in deformed(scene) {
-            rows(runner, "triangles", &scene.triangles, mesh.rows())?;
-            rows(runner, "surfaces", &scene.surfaces, mesh.rows())?;
+            write_records(runner, "triangles", &scene.triangles, mesh.triangle_ids())?;
+            write_records(runner, "surfaces", &scene.surfaces, mesh.triangle_ids())?;
             if !scene.textures.coordinates.is_empty() {
-                rows(runner, "texture_coordinates", &scene.textures.coordinates, mesh.rows())?;
+                write_records(
+                    runner,
+                    "texture_coordinates",
+                    &scene.textures.coordinates,
+                    mesh.triangle_ids(),
+                )?;
             }
-            rows(runner, "nodes", &scene.nodes, mesh.nodes.clone())?;
-            rows(runner, "blocks", &scene.blocks, mesh.blocks())?;
+            write_records(runner, "nodes", &scene.nodes, mesh.nodes.clone())?;
+            write_records(runner, "blocks", &scene.blocks, mesh.blocks())?;
         }
         if !now.instance_transforms.is_empty() {
-            rows(runner, "nodes", &scene.nodes, 0..scene.instanced.top)?;
-            rows(runner, "instances", &scene.instances, 1..scene.instances.len())?;
+            write_records(runner, "nodes", &scene.nodes, 0..scene.instanced.top)?;
+            write_records(runner, "instances", &scene.instances, 1..scene.instances.len())?;
             let deformed: Vec<usize> = deformed(scene).map(|(id, _)| id).collect();
             runner.set_instances(&now.instance_transforms, &deformed)?;
         }
@@ -82,8 +89,8 @@ fn deformed(scene: &Scene) -> impl Iterator<Item = (usize, &Mesh)> {
     meshes.filter(|(_, mesh)| mesh.deformation.is_some())
 }
 
-/// Writes some rows of a table.
-fn rows<T: NoUninit>(
+/// Writes some records of a table.
+fn write_records<T: NoUninit>(
     runner: &mut dyn Runner,
     table: &str,
     all: &[T],

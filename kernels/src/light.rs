@@ -87,17 +87,17 @@ macro_rules! types {
 }
 for_each_light!(types);
 
-/// Samples the direction of an environment: the light of a row as a path leaves it by the uniform numbers of `sample_emission`, and those of its position then: of an environment,
-/// parallel light from a direction, which takes the numbers that its position had.
+/// Samples the direction of an environment by the numbers of the position. Returns parallel light from that direction, and the
+/// numbers of `sample_emission`, which sample the position then. Other lights stay as they are.
 #[inline(always)]
 fn sample_environment(
     scene: SceneTables<'_>,
     features: Features,
-    row: u32,
+    light_id: u32,
     u_position: Vec4,
     direction: Vec4,
 ) -> (Light, Vec4) {
-    let mut light = scene.lights[row as usize];
+    let mut light = scene.lights[light_id as usize];
     let mut u_position = u_position;
     if features.has(Features::ENVIRONMENT) && light.kind == Features::ENVIRONMENT.0 {
         light = environment::sample_environment(&light, scene, u_position.z, u_position.w);
@@ -119,7 +119,7 @@ fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, u_
 /// Chooses a light by the alias table; its probability is `Light::pdf_light_choice`.
 #[inline(always)]
 pub fn choose(lights: &[Light], light_count: u32, u: f32, v: f32) -> u32 {
-    let row = ((u * light_count as f32) as u32).min(light_count - 1);
-    let light = &lights[row as usize];
-    if v < light.threshold { row } else { light.alias }
+    let light_id = ((u * light_count as f32) as u32).min(light_count - 1);
+    let light = &lights[light_id as usize];
+    if v < light.threshold { light_id } else { light.alias }
 }

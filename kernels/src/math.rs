@@ -28,6 +28,13 @@ pub fn mean(color: Vec3) -> f32 {
     (color.x + color.y + color.z) * (1.0 / 3.0)
 }
 
+/// MIS weight of the technique that sampled, by the balance heuristic [Veach and Guibas 1995, eq. 14], from the densities of both
+/// techniques (same measure, `pdf` > 0).
+#[inline(always)]
+pub fn balance_heuristic(pdf: f32, other_pdf: f32) -> f32 {
+    pdf / (pdf + other_pdf)
+}
+
 /// Largest of the three magnitudes.
 #[inline]
 pub fn max_abs(v: Vec3) -> f32 {

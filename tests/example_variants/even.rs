@@ -36,8 +36,8 @@ impl Emit for Even<'_> {
         let (u_position, direction) = (rng.next4(), rng.next4());
         let ByPower { scene, params, features } = self.0;
         let light_count = params.light_count;
-        let row = ((u_position.x * light_count as f32) as u32).min(light_count - 1);
-        let mut light = scene.lights[row as usize];
+        let light_id = ((u_position.x * light_count as f32) as u32).min(light_count - 1);
+        let mut light = scene.lights[light_id as usize];
         light.pdf_light_choice = 1.0 / light_count as f32;
         sample_emission(&light, scene, features, u_position, direction)
     }

@@ -28,7 +28,7 @@ use caustics_kernels::method::frame as gathers;
 use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::resolve::resolve;
 use caustics_kernels::pass::shoot;
-use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::platform::{Atomics, Slots};
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;
@@ -137,10 +137,10 @@ impl Photons {
     }
 }
 
-impl Receive for Photons {
+impl PhotonSink for Photons {
     type PathState = ();
 
-    fn receive(&mut self, (): &mut (), geometry: PhotonGeometry, light: PhotonLight) {
+    fn store_photon(&mut self, (): &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         self.push(geometry, light);
     }
 }

@@ -75,7 +75,7 @@ impl Document {
         let component =
             |component: usize| values.iter().skip(component).step_by(components).map(|value| *value as f32);
         let bounds = |pick: fn(f32, f32) -> f32| {
-            (0..components).map(|of| component(of).reduce(pick)).collect::<Vec<_>>()
+            (0..components).map(|index| component(index).reduce(pick)).collect::<Vec<_>>()
         };
         let (min, max) = (bounds(f32::min), bounds(f32::max));
         self.push(

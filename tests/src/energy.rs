@@ -6,7 +6,7 @@ use caustics::energy::EnergyLedger;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::light::emit::Emit;
-use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::pass::shoot::shoot;
 
 use crate::direct::{Tally, World};
@@ -15,10 +15,10 @@ use crate::statistics::Mean;
 /// Discards photons.
 struct NoReceiver;
 
-impl Receive for NoReceiver {
+impl PhotonSink for NoReceiver {
     type PathState = ();
 
-    fn receive(&mut self, (): &mut (), _: PhotonGeometry, _: PhotonLight) {}
+    fn store_photon(&mut self, (): &mut (), _: PhotonGeometry, _: PhotonLight) {}
 }
 
 /// The ledger of one frame.

@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fields_do_not_overlap_and_fit_their_row() {
+    fn fields_do_not_overlap_and_fit_their_record() {
         fn check<T: Fields>() {
             let mut used = vec![false; size_of::<T>() / 4];
             for field in T::FIELDS {

@@ -17,7 +17,7 @@ use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::shoot::follow;
-use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::platform::Atomics;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
@@ -83,10 +83,10 @@ impl Atomics for Ignore {
 /// Keeps the photons of a path.
 struct Keep(Vec<Photon>);
 
-impl Receive for Keep {
+impl PhotonSink for Keep {
     type PathState = ();
 
-    fn receive(&mut self, (): &mut (), geometry: PhotonGeometry, light: PhotonLight) {
+    fn store_photon(&mut self, (): &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         self.0.push((geometry, light));
     }
 }

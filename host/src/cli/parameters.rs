@@ -109,7 +109,8 @@ fn option<C: CommandParameters>(key: &'static str, description: &str, parameter:
         Arg::new(key).long(key.replace('_', "-")).help(help).value_parser(parser).action(ArgAction::Append);
     let arg = if C::LISTS { arg.value_delimiter(',') } else { arg.action(ArgAction::Set) };
     // Of several keys of a parameter one is given.
-    let others = keys::<C>().filter(|(other, _, of)| *of == parameter && *other != key);
+    let others =
+        keys::<C>().filter(|(other, _, other_parameter)| *other_parameter == parameter && *other != key);
     arg.conflicts_with_all(others.map(|(other, ..)| other).collect::<Vec<_>>())
 }
 
@@ -130,7 +131,7 @@ impl<C: CommandParameters> clap::FromArgMatches for ParameterOptions<C> {
 impl<C: CommandParameters> ParameterOptions<C> {
     /// Whether a parameter was given a value.
     pub fn has(&self, parameter: &Parameter) -> bool {
-        self.given.iter().any(|(_, of, _)| *of == parameter)
+        self.given.iter().any(|(_, given, _)| *given == parameter)
     }
 
     /// Whether an option sets how to render; runner, features and bounces do not count.

@@ -50,10 +50,10 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
 /// The options as the file of a sweep.
 fn config(options: &Bench) -> anyhow::Result<Config> {
     let Bench { view, frames, .. } = options;
-    let of = |quantity| options.measure.contains(&quantity);
+    let measures = |quantity| options.measure.contains(&quantity);
     check_fps(options.fps)?;
     check_environment(view)?;
-    if of(Quantity::Error) && !(2..=1024).contains(&options.seeds) {
+    if measures(Quantity::Error) && !(2..=1024).contains(&options.seeds) {
         return Err(Usage(format!("--seeds {}: give 2 to 1024, a variance takes two", options.seeds)).into());
     }
     if options.reference_frames == 0 {
@@ -97,14 +97,14 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         copies: options.loading.copies,
         bvh_quality: options.loading.bvh_quality,
         moment_s: options.moment,
-        time: of(Quantity::Time).then_some(TimeTable {
+        time: measures(Quantity::Time).then_some(TimeTable {
             width,
             height,
             frames: count,
             warm_up: options.warm_up,
             tracer_rate: true,
         }),
-        error: of(Quantity::Error).then_some(ErrorTable {
+        error: measures(Quantity::Error).then_some(ErrorTable {
             width,
             height,
             seeds: Count(options.seeds),

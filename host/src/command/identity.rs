@@ -43,18 +43,18 @@ pub fn pose_independent(
         RunnerChoice::Cpu { .. } => "CPU".to_string(),
         RunnerChoice::Gpu { hardware, .. } => format!("{}, ray queries {hardware}", session.device()),
     };
-    let of = |name: &str, value: String| (name.to_string(), value);
+    let entry = |name: &str, value: String| (name.to_string(), value);
     let params = session.params(0);
-    let additions = scene.additions.iter().map(|(name, what)| of(name, what.clone()));
+    let additions = scene.additions.iter().map(|(name, what)| entry(name, what.clone()));
     let own = [
-        of("scene", format!("{} {}", scene.name, scene.fingerprint())),
-        of("camera", camera.to_string()),
-        of("background", params.background.to_string()),
-        of("seed", settings.seed.to_string()),
-        of("method", method.name.to_string()),
-        of("gather", gather.to_string()),
-        of("runner", device),
-        of("kernels", kernels::SOURCES.to_string()),
+        entry("scene", format!("{} {}", scene.name, scene.fingerprint())),
+        entry("camera", camera.to_string()),
+        entry("background", params.background.to_string()),
+        entry("seed", settings.seed.to_string()),
+        entry("method", method.name.to_string()),
+        entry("gather", gather.to_string()),
+        entry("runner", device),
+        entry("kernels", kernels::SOURCES.to_string()),
     ];
     own.into_iter().chain(additions).collect()
 }

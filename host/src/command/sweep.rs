@@ -54,13 +54,13 @@ pub fn run(options: &cli::SweepOptions) -> anyhow::Result<ExitCode> {
     }
     // What a report names as the source of the folder's cells.
     Target::claim(&folder.join("experiment.toml"), true)?.finish(text.as_bytes())?;
-    let of = if shard.is_part() {
+    let part_note = if shard.is_part() {
         format!(" in part {} of {}", shard.index + 1, shard.count)
     } else {
         String::new()
     };
     let results = Results::new(Some(folder))?;
-    if !measure(&config, mine, &results, &of)? {
+    if !measure(&config, mine, &results, &part_note)? {
         return Ok(ExitCode::from(130));
     }
     write_tables(folder)?;
@@ -114,10 +114,10 @@ pub fn tasks<'a>(config: &Config, expanded: &'a Expanded) -> Result<Vec<Task<'a>
 }
 
 /// Measures what is missing of the tasks. False where Ctrl-C came.
-pub fn measure(config: &Config, tasks: &[Task], results: &Results, of: &str) -> anyhow::Result<bool> {
+pub fn measure(config: &Config, tasks: &[Task], results: &Results, part_note: &str) -> anyhow::Result<bool> {
     let stopped = interrupt::watch()?;
     let missing = tasks.iter().filter(|task| !task.is_done(config, results)).count();
-    message!("{} cells{of}, {missing} to measure", tasks.len());
+    message!("{} cells{part_note}, {missing} to measure", tasks.len());
     let cache = if config.error.is_some() { cache()? } else { PathBuf::new() };
     let message = |line: &str| message!("{line}");
     let sweep = SweepContext {

@@ -98,7 +98,7 @@ impl FeatureChoice {
 
     /// That of this name.
     pub fn find(name: &str) -> Option<FeatureChoice> {
-        Self::ALL.iter().copied().find(|of| of.name() == name)
+        Self::ALL.iter().copied().find(|choice| choice.name() == name)
     }
 
     /// Its name on the command line.

@@ -33,7 +33,7 @@ pub struct Measure {
     /// Whether a report draws speed against it.
     pub charted: bool,
     /// Its value; none where an image is not finite, or what it is relative to is black or absent.
-    pub of: fn(&Seen) -> Option<MeasuredValue>,
+    pub compute: fn(&Seen) -> Option<MeasuredValue>,
 }
 
 /// A value found in a frame of several seeds.
@@ -90,7 +90,7 @@ pub static FLIP: Measure = Measure {
     description: "Mean FLIP, the difference that a person sees between image and reference, 0 to 1",
     limitations: "it forgives light that is lost evenly: look at relMSE beside it",
     charted: true,
-    of: |seen| seen.mean(|now| Some(now.flip_map(seen.reference, seen.exposure)?.mean())),
+    compute: |seen| seen.mean(|now| Some(now.flip_map(seen.reference, seen.exposure)?.mean())),
 };
 
 /// FLIP of the image, where caustics are.
@@ -100,7 +100,7 @@ pub static FLIP_CAUSTIC_REGION: Measure = Measure {
     description: "Mean FLIP of the image over the pixels in which caustics are a fifth of the reference's light",
     limitations: "caustics that are where the reference has none are not seen",
     charted: true,
-    of: |seen| {
+    compute: |seen| {
         seen.mean(|now| {
             let map = now.flip_map(seen.reference, seen.exposure)?;
             Some(seen.reference.region.as_ref()?.mean(&map.values))
@@ -115,7 +115,7 @@ pub static FLIP_CAUSTICS: Measure = Measure {
     description: "Mean FLIP of the caustics over the reference's other light",
     limitations: "caustics of a part of the image are averaged with the rest of it",
     charted: true,
-    of: |seen| {
+    compute: |seen| {
         seen.mean(|now| flip(now.caustics_over_reference.as_ref()?, &seen.reference.whole, seen.exposure))
     },
 };
@@ -127,7 +127,7 @@ pub static RELMSE: Measure = Measure {
     description: "Relative mean squared error of the image",
     limitations: "ten pixels can be nine tenths of it",
     charted: true,
-    of: |seen| seen.mean(|now| relative(&now.whole, &seen.reference.whole)),
+    compute: |seen| seen.mean(|now| relative(&now.whole, &seen.reference.whole)),
 };
 
 /// Relative mean squared error of the image without its worst pixels.
@@ -137,7 +137,7 @@ pub static RELMSE_TRIMMED: Measure = Measure {
     description: "Relative mean squared error of the image, without the worst 0.1 % of the pixels",
     limitations: "fireflies are left out",
     charted: true,
-    of: |seen| seen.mean(|now| finite(relmse::trimmed(&errors(&now.whole, &seen.reference.whole)?))),
+    compute: |seen| seen.mean(|now| finite(relmse::trimmed(&errors(&now.whole, &seen.reference.whole)?))),
 };
 
 /// The same where caustics are.
@@ -147,7 +147,7 @@ pub static RELMSE_TRIMMED_CAUSTIC_REGION: Measure = Measure {
     description: "The same over the pixels in which caustics are a fifth of the reference's light",
     limitations: "caustics that are where the reference has none are not seen; fireflies are left out",
     charted: true,
-    of: |seen| {
+    compute: |seen| {
         seen.mean(|now| {
             let errors = errors(&now.whole, &seen.reference.whole)?;
             finite(relmse::trimmed(&seen.reference.region.as_ref()?.pick(&errors)))
@@ -162,7 +162,7 @@ pub static RELMSE_CAUSTICS: Measure = Measure {
     description: "Relative mean squared error of the layer of caustics",
     limitations: "dim places weigh as much as bright ones",
     charted: true,
-    of: |seen| seen.mean(|now| relative(now.caustics.as_ref()?, seen.reference.caustics.as_ref()?)),
+    compute: |seen| seen.mean(|now| relative(now.caustics.as_ref()?, seen.reference.caustics.as_ref()?)),
 };
 
 /// Flicker of the image.
@@ -172,7 +172,7 @@ pub static FLICKER: Measure = Measure {
     description: "FLIP between a frame and the one before, beyond that of the reference",
     limitations: "what is steadily wrong does not flicker",
     charted: false,
-    of: |seen| {
+    compute: |seen| {
         let change =
             |now: &MeasuredImage, before: &MeasuredImage| flip(&now.whole, &before.whole, seen.exposure);
         seen.change(&change)
@@ -186,7 +186,7 @@ pub static FLICKER_CAUSTICS: Measure = Measure {
     description: "Flicker of the caustics over the reference's other light",
     limitations: "what is steadily wrong does not flicker",
     charted: false,
-    of: |seen| {
+    compute: |seen| {
         let change = |now: &MeasuredImage, before: &MeasuredImage| {
             flip(
                 now.caustics_over_reference.as_ref()?,
@@ -205,7 +205,7 @@ pub static CAUSTICS_VARIANCE: Measure = Measure {
     description: "Variance of the caustics' radiance between seeds, mean over pixels and channels (W^2 m^-4 sr^-2)",
     limitations: "light that is lost in every run has no variance",
     charted: false,
-    of: |seen| {
+    compute: |seen| {
         let layers: Vec<&[Vec3]> = seen.now.iter().map(|now| now.radiance.as_slice()).collect();
         Some(MeasuredValue { value: mean_variance(&layers)?, standard_error: None })
     },
@@ -232,15 +232,18 @@ impl<'a> Seen<'a> {
     }
 
     /// The mean over the seeds, if all have a value.
-    fn mean(&self, of: impl Fn(&MeasuredImage) -> Option<f64>) -> Option<MeasuredValue> {
-        MeasuredValue::from_seeds(self.now.iter().map(of))
+    fn mean(&self, value: impl Fn(&MeasuredImage) -> Option<f64>) -> Option<MeasuredValue> {
+        MeasuredValue::from_seeds(self.now.iter().map(value))
     }
 
     /// The mean change since the frame before, beyond that of the reference.
-    fn change(&self, of: &dyn Fn(&MeasuredImage, &MeasuredImage) -> Option<f64>) -> Option<MeasuredValue> {
-        let reference = of(self.reference, self.reference_before?)?;
+    fn change(
+        &self,
+        difference: &dyn Fn(&MeasuredImage, &MeasuredImage) -> Option<f64>,
+    ) -> Option<MeasuredValue> {
+        let reference = difference(self.reference, self.reference_before?)?;
         let pairs = self.now.iter().zip(self.before);
-        MeasuredValue::from_seeds(pairs.map(|(now, before)| Some(of(now, before)? - reference)))
+        MeasuredValue::from_seeds(pairs.map(|(now, before)| Some(difference(now, before)? - reference)))
     }
 }
 
@@ -270,18 +273,18 @@ pub struct MeasuredImage {
 impl MeasuredImage {
     /// An image beside the reference of its frame.
     pub fn new(image: &RenderedImage, reference: &RenderedImage) -> MeasuredImage {
-        let of = |values: Vec<Vec3>| Pixels {
+        let pixels = |values: Vec<Vec3>| Pixels {
             width: image.width,
             height: image.height,
             values: values.into_iter().map(Vec3::as_dvec3).collect(),
         };
         let over_reference = || {
             let pairs = reference.path.iter().zip(&image.caustics);
-            of(pairs.map(|(path, caustics)| *path + *caustics).collect())
+            pixels(pairs.map(|(path, caustics)| *path + *caustics).collect())
         };
         let split = !image.caustics.is_empty();
-        let whole = of(image.beauty());
-        let caustics = split.then(|| of(image.caustics.clone()));
+        let whole = pixels(image.beauty());
+        let caustics = split.then(|| pixels(image.caustics.clone()));
         let region = caustics.as_ref().and_then(|caustics| CausticRegion::new(&whole, caustics));
         MeasuredImage {
             whole,
@@ -343,12 +346,12 @@ mod tests {
         before: &[&RenderedImage],
         references: [&RenderedImage; 2],
     ) -> impl Fn(&Measure) -> Option<f64> {
-        let of = |images: &[&RenderedImage], reference: &RenderedImage| -> Vec<MeasuredImage> {
+        let measured = |images: &[&RenderedImage], reference: &RenderedImage| -> Vec<MeasuredImage> {
             images.iter().map(|image| MeasuredImage::new(image, reference)).collect()
         };
         let [reference_before, reference] =
             references.map(|reference| MeasuredImage::new(reference, reference));
-        let (now, before) = (of(now, references[1]), of(before, references[0]));
+        let (now, before) = (measured(now, references[1]), measured(before, references[0]));
         let seen = Seen {
             now: &now,
             before: &before,
@@ -356,7 +359,7 @@ mod tests {
             reference_before: Some(&reference_before),
             exposure: 0.0,
         };
-        let found = MEASURES.map(|measure| (measure.key, (measure.of)(&seen)));
+        let found = MEASURES.map(|measure| (measure.key, (measure.compute)(&seen)));
         move |measure| found.iter().find(|(key, _)| *key == measure.key)?.1.map(|found| found.value)
     }
 

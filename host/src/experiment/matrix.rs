@@ -118,8 +118,8 @@ mod tests {
         for (parameter, values) in [
             (&METHOD, vec!["basic", "path"]),
             (&GATHER, gathers.to_vec()),
-            (&HISTORY, names(history::ALL.iter().map(|of| of.name).collect())),
-            (&DENOISER, names(denoiser::ALL.iter().map(|of| of.name).collect())),
+            (&HISTORY, names(history::ALL.iter().map(|history| history.name).collect())),
+            (&DENOISER, names(denoiser::ALL.iter().map(|denoiser| denoiser.name).collect())),
             (&PATHS_PER_PIXEL, vec!["0.5", "1"]),
             (&RADIUS_PX, vec!["1", "2"]),
             (&FEATURES, vec!["scene", "all"]),

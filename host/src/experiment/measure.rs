@@ -192,7 +192,7 @@ fn compare(
     let seen =
         Seen { now: &now, before: &run.before, reference: &reference.measured, reference_before, exposure };
     for measure in MEASURES {
-        let found = (measure.of)(&seen);
+        let found = (measure.compute)(&seen);
         record.set(measure.key, found.map(|found| found.value));
         record.set(&measure.standard_error_key(), found.and_then(|found| found.standard_error));
     }

@@ -111,7 +111,9 @@ macro_rules! chosen {
             key: stringify!($field),
             head: stringify!($field),
             description: "",
-            values: Values::Names(|| $choice::ALL.iter().map(|of| (of.name(), of.description())).collect()),
+            values: Values::Names(|| {
+                $choice::ALL.iter().map(|choice| (choice.name(), choice.description())).collect()
+            }),
             default: "",
             neutral: "",
             shown: VisualEncoding::Color,
@@ -146,7 +148,7 @@ pub static METHOD: Parameter = Parameter {
     key: "method",
     head: "method",
     description: "How to render",
-    values: Values::Names(|| method::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    values: Values::Names(|| method::ALL.iter().map(|method| (method.name, method.description)).collect()),
     default: "basic",
     neutral: "basic",
     shown: VisualEncoding::Color,
@@ -160,7 +162,7 @@ pub static GATHER: Parameter = Parameter {
     key: "gather",
     head: "gather",
     description: "How photons and collection points meet [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
-    values: Values::Names(|| variant::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    values: Values::Names(|| variant::ALL.iter().map(|gather| (gather.name, gather.description)).collect()),
     default: "",
     neutral: "",
     shown: VisualEncoding::Shape,
@@ -195,7 +197,9 @@ pub static EMISSION: Parameter = Parameter {
     key: "emission",
     head: "emission",
     description: "How light paths start",
-    values: Values::Names(|| emission::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    values: Values::Names(|| {
+        emission::ALL.iter().map(|emission| (emission.name, emission.description)).collect()
+    }),
     default: "guided",
     neutral: "power",
     shown: VisualEncoding::Color,
@@ -230,7 +234,9 @@ pub static HISTORY: Parameter = Parameter {
     key: "history",
     head: "history",
     description: "Light of the previous frame that collection points reuse",
-    values: Values::Names(|| history::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    values: Values::Names(|| {
+        history::ALL.iter().map(|history| (history.name, history.description)).collect()
+    }),
     default: "none",
     neutral: "none",
     shown: VisualEncoding::Color,
@@ -268,7 +274,9 @@ pub static DENOISER: Parameter = Parameter {
     key: "denoiser",
     head: "denoiser",
     description: "What smooths the path-traced part, caustics excepted",
-    values: Values::Names(|| denoiser::ALL.iter().map(|of| (of.name, of.description)).collect()),
+    values: Values::Names(|| {
+        denoiser::ALL.iter().map(|denoiser| (denoiser.name, denoiser.description)).collect()
+    }),
     default: "none",
     neutral: "none",
     shown: VisualEncoding::Color,

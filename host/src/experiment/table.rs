@@ -107,7 +107,7 @@ fn median_gain(result: &CellResult, none: &CellResult) -> Option<f64> {
     };
     let gains: Vec<f64> = result.frames.iter().filter_map(of_frame).collect();
     if gains.is_empty() {
-        let whole = |of: &CellResult| of.error.as_ref()?.get(&CAUSTICS_VARIANCE);
+        let whole = |cell: &CellResult| cell.error.as_ref()?.get(&CAUSTICS_VARIANCE);
         return gain(whole(none)?, whole(result)?);
     }
     Some(quantile(&gains, 0.5))
@@ -116,7 +116,7 @@ fn median_gain(result: &CellResult, none: &CellResult) -> Option<f64> {
 /// Frames in which a measure is above that without history; none where no frame has it.
 fn frames_above(measure: &Measure, result: &CellResult, none: &CellResult) -> Option<usize> {
     let value =
-        |of: &CellResult, index: u32| of.frames.iter().find(|frame| frame.frame == index)?.get(measure);
+        |cell: &CellResult, index: u32| cell.frames.iter().find(|frame| frame.frame == index)?.get(measure);
     let pairs: Vec<(f64, f64)> = result
         .frames
         .iter()
@@ -164,11 +164,11 @@ pub fn passes_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
         "upper_ms",
     ]))?;
     for result in results {
-        for (pass, of) in result.time.iter().flat_map(|time| &time.pass_ms) {
+        for (pass, pass_ms) in result.time.iter().flat_map(|time| &time.pass_ms) {
             let mut record = vec![result.identity.clone(), result.cell.scene.clone()];
             record.extend(PARAMETERS.map(|parameter| result.cell.text(parameter)));
             record.push(pass.clone());
-            record.extend([of.median, of.lower, of.upper].map(|ms| ms.to_string()));
+            record.extend([pass_ms.median, pass_ms.lower, pass_ms.upper].map(|ms| ms.to_string()));
             table.write_record(&record)?;
         }
     }
@@ -241,8 +241,8 @@ pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
         let CellResult { identity, cell, time, error, provenance: from, note, .. } = result;
         let mut record = vec![identity.clone(), cell.scene.clone(), cell.camera.clone()];
         record.extend(PARAMETERS.map(|parameter| cell.text(parameter)));
-        record.extend(TIMES.map(|(_, of)| text(time.as_ref().and_then(of))));
-        record.extend(COMPARED.map(|(_, of)| text(error.as_ref().and_then(of))));
+        record.extend(TIMES.map(|(_, value)| text(time.as_ref().and_then(value))));
+        record.extend(COMPARED.map(|(_, value)| text(error.as_ref().and_then(value))));
         record.extend(MEASURES.map(|measure| text(error.as_ref().and_then(|error| error.get(measure)))));
         record.extend([from.device.clone(), from.commit.clone()]);
         record.extend([from.wall_s.to_string(), from.unix_s.to_string(), note.clone().unwrap_or_default()]);

@@ -28,12 +28,12 @@ pub fn cell_time(
     first: &Cell,
     records: &[FrameRecord],
 ) -> Option<CellTime> {
-    let of = |cell: &Cell| -> BTreeMap<u32, &FrameRecord> {
+    let timed_frames = |cell: &Cell| -> BTreeMap<u32, &FrameRecord> {
         let own =
             records.iter().filter(|record| record.cell == cell.name && record.get("total_ms").is_some());
         own.map(|record| (record.frame, record)).collect()
     };
-    let (own, firsts) = (of(cell), of(first));
+    let (own, firsts) = (timed_frames(cell), timed_frames(first));
     let total = |record: &FrameRecord| record.get("total_ms").unwrap_or_default();
     let totals: Vec<f64> = own.values().map(|record| total(record)).collect();
     let ratios: Vec<f64> =
@@ -52,10 +52,10 @@ pub fn cell_time(
         |name: &str| own.values().filter_map(|record| record.get(name)).sum::<f64>() / own.len() as f64;
     // Rates are of the medians: a frame that was disturbed says nothing of them.
     let rate = |amount: f64, chosen: &dyn Fn(&str) -> bool| {
-        let ms: f64 = pass_ms.iter().filter(|(name, _)| chosen(name)).map(|(_, of)| of.median).sum();
+        let ms: f64 = pass_ms.iter().filter(|(name, _)| chosen(name)).map(|(_, ms)| ms.median).sum();
         (amount > 0.0 && ms > 0.0).then(|| 1e3 * amount / ms)
     };
-    let is = |name: &str, of: &[Work]| work(name).is_some_and(|work| of.contains(&work));
+    let is = |name: &str, kinds: &[Work]| work(name).is_some_and(|work| kinds.contains(&work));
     let settings = cell.settings(&plan.settings);
     let rays = mean("camera_rays") + mean("shadow_rays") + mean("light_rays");
     let points = own.values().find_map(|record| record.get("points")).unwrap_or(0.0);
@@ -66,7 +66,7 @@ pub fn cell_time(
         triangles: scene.triangles.len() as u64,
         frames: own.len() as u32,
         total_ms: quartiles(&totals)?,
-        ratio_to_first: quartiles(&ratios).map(|of| of.median),
+        ratio_to_first: quartiles(&ratios).map(|ratio| ratio.median),
         first: first.name.clone(),
         rays,
         rays_per_s: rate(rays, &|name| is(name, &TRACERS)).unwrap_or(0.0),

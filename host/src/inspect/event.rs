@@ -98,7 +98,7 @@ pub fn event(material: &Material, here: &Vertex, sampled: &Sampled) -> (Event, V
         // Smooth glass alone says by how much it would have refracted; a thin wall refracts nothing.
         let refracts = sampled.eta != 1.0;
         let cos = here.to_previous.dot(here.shading_normal).abs();
-        if refracts && fresnel::dielectric(cos, sampled.eta) >= 1.0 {
+        if refracts && fresnel::dielectric_reflectance(cos, sampled.eta) >= 1.0 {
             return (Event::TotallyReflected, vec![glass]);
         }
         if !refracts && material.roughness < DELTA_ROUGHNESS {

@@ -7,7 +7,7 @@ use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::pass::collect::observer::PathObserver;
-use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::platform::Uncounted;
 use caustics_kernels::surface::scatter::BsdfSample;
@@ -32,7 +32,7 @@ struct Follow<'a> {
     is_done: bool,
 }
 
-impl Receive for Follow<'_> {
+impl PhotonSink for Follow<'_> {
     type PathState = ();
 
     fn start(&mut self, (): &mut (), emission: &EmissionSample) {
@@ -53,7 +53,7 @@ impl Receive for Follow<'_> {
         }
     }
 
-    fn receive(&mut self, (): &mut (), geometry: PhotonGeometry, _light: PhotonLight) {
+    fn store_photon(&mut self, (): &mut (), geometry: PhotonGeometry, _light: PhotonLight) {
         if geometry.scatterings == self.scatterings {
             self.record.end(Event::Photon);
             self.is_done = true;
@@ -87,17 +87,18 @@ pub fn path(view: InspectedFrame<'_>, emit: &(dyn Emit + Sync), found: &Gathered
 
 /// The light that a path starts from. Starts do not say it: it is told by where they are.
 fn light(view: InspectedFrame<'_>, emission: &EmissionSample) -> Option<Light> {
-    let (ray, rows) = (&emission.ray, &view.scene.lights);
-    let is_it = |row: &LightRecord| match row.kind {
+    let (ray, lights) = (&emission.ray, &view.scene.lights);
+    let is_it = |record: &LightRecord| match record.kind {
         kind if kind == Features::ENVIRONMENT.0 => emission.area > 0.0,
-        _ if row.is_parallel() => emission.area > 0.0 && row.direction == ray.direction,
-        _ => row.triangle == NONE && row.position == ray.origin,
+        _ if record.is_parallel() => emission.area > 0.0 && record.direction == ray.direction,
+        _ => record.triangle == NONE && record.position == ray.origin,
     };
     // The environment has the last row.
-    let row = rows.iter().position(is_it).map(|row| row as u32).or_else(|| area_light_behind(view, ray))?;
-    let kind = rows.get(row as usize)?.kind;
+    let light_id =
+        lights.iter().position(is_it).map(|index| index as u32).or_else(|| area_light_behind(view, ray))?;
+    let kind = lights.get(light_id as usize)?.kind;
     let (_, name) = Features::NAMES.into_iter().find(|(bit, _)| bit.0 == kind)?;
-    Some(Light { id: row, kind: name.trim_end_matches("-lights") })
+    Some(Light { id: light_id, kind: name.trim_end_matches("-lights") })
 }
 
 /// The row of the emitting triangle that a ray left.

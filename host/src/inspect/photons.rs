@@ -6,8 +6,8 @@ use caustics_kernels::gather::accumulator::GatheredSum;
 use caustics_kernels::gather::contribution::{contribution, takes};
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::light::emit::Emit;
-use caustics_kernels::pass::resolve::radiance;
-use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::resolve::estimate_radiance;
+use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::platform::Uncounted;
 use caustics_kernels::surface::textured::material_of;
@@ -44,10 +44,10 @@ struct Keep<'a> {
     kept: Vec<(PhotonGeometry, PhotonLight)>,
 }
 
-impl Receive for Keep<'_> {
+impl PhotonSink for Keep<'_> {
     type PathState = ();
 
-    fn receive(&mut self, (): &mut (), geometry: PhotonGeometry, light: PhotonLight) {
+    fn store_photon(&mut self, (): &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         if takes(self.point, &geometry, self.max_bounces) {
             self.kept.push((geometry, light));
         }
@@ -112,7 +112,11 @@ impl Taker<'_> {
 
     /// What a sum of f times flux (W/sr) gives the pixel (W m^-2 sr^-1).
     fn radiance(&self, value: Vec3) -> Vec3 {
-        if self.geometry.exists() { radiance(&self.geometry, &self.shading, value) } else { Vec3::ZERO }
+        if self.geometry.exists() {
+            estimate_radiance(&self.geometry, &self.shading, value)
+        } else {
+            Vec3::ZERO
+        }
     }
 }
 

@@ -358,16 +358,21 @@ fn errors_of_the_caustic_region_are_those_of_its_pixels() {
     let mean = constant(2.0);
     let caustics = pixels(9, 5, |i| DVec3::splat(if i % 9 % 2 == 0 { 1.0 } else { 0.2 }));
     let reference = Estimate { mean, caustics: Some(caustics), variance: None };
-    let of = |wrong: usize| {
+    let report_for = |wrong: usize| {
         let mean = pixels(9, 5, |i| DVec3::splat(if i % 9 % 2 == wrong { 3.0 } else { 2.0 }));
         MetricReport::new(&[Estimate { mean, ..Estimate::default() }], &reference, &Viewing::default())
     };
     let expected = 1.0 / (4.0 + 0.2 * 0.2);
     for name in ["relmse_caustic_region", "relmse_trimmed_caustic_region"] {
-        assert!(close(of(0).get(name).unwrap(), expected), "{name}: all pixels of the region are wrong");
-        assert_eq!(of(1).get(name), Ok(0.0), "{name}: what is wrong is beside it");
+        assert!(
+            close(report_for(0).get(name).unwrap(), expected),
+            "{name}: all pixels of the region are wrong"
+        );
+        assert_eq!(report_for(1).get(name), Ok(0.0), "{name}: what is wrong is beside it");
     }
-    let flip = |wrong| of(wrong).get("flip_ldr_caustic_region").unwrap() / of(wrong).get("flip_ldr").unwrap();
+    let flip = |wrong| {
+        report_for(wrong).get("flip_ldr_caustic_region").unwrap() / report_for(wrong).get("flip_ldr").unwrap()
+    };
     assert!(flip(0) > 1.0 && flip(1) < 1.0, "FLIP of a pixel is largest where it is wrong");
     for caustics in [None, Some(constant(0.3))] {
         let reference = Estimate { caustics, ..reference.clone() };

@@ -51,8 +51,8 @@ fn error_change(name: &str, old: &Measured, new: &Measured, measure: &'static Me
 }
 
 /// Standard error of a median, by its quartiles, as of normal noise.
-fn deviation(of: &Quartiles, frames: u32) -> f64 {
-    1.2533 * (of.upper - of.lower) / 1.349 / f64::from(frames.max(1)).sqrt()
+fn deviation(quartiles: &Quartiles, frames: u32) -> f64 {
+    1.2533 * (quartiles.upper - quartiles.lower) / 1.349 / f64::from(frames.max(1)).sqrt()
 }
 
 fn z(before: f64, after: f64, standard_error: f64) -> Option<f64> {
@@ -72,10 +72,10 @@ fn verdict(change: &Change) -> &'static str {
 }
 
 fn table(changes: &[Change]) -> Table {
-    let column = |head, key: &str, of: &dyn Fn(&Change) -> TableValue| Column {
+    let column = |head, key: &str, value: &dyn Fn(&Change) -> TableValue| Column {
         head,
         key: key.into(),
-        values: changes.iter().map(of).collect(),
+        values: changes.iter().map(value).collect(),
     };
     let ratio = |change: &Change| Some(change.after / change.before).filter(|ratio| ratio.is_finite());
     let columns = vec![

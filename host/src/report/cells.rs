@@ -11,9 +11,9 @@ use crate::experiment::error::MEASURES;
 use crate::experiment::parameter::{PARAMETERS, Parameter, Values};
 use crate::experiment::result::{CellResult, CellTime};
 
-type Of<T> = fn(&T) -> Option<f64>;
+type TimeValue<T> = fn(&T) -> Option<f64>;
 /// What was timed.
-const TIMES: [(&str, &str, Of<CellTime>); 11] = [
+const TIMES: [(&str, &str, TimeValue<CellTime>); 11] = [
     ("time [ms]", "median_ms", |time| Some(time.total_ms.median)),
     ("first quartile [ms]", "lower_quartile_ms", |time| Some(time.total_ms.lower)),
     ("third quartile [ms]", "upper_quartile_ms", |time| Some(time.total_ms.upper)),
@@ -36,10 +36,10 @@ fn setting(value: Option<f64>) -> TableValue {
 
 /// Columns of cells.
 fn columns(cells: &[&Measured]) -> Vec<Column> {
-    let column = |head: &'static str, key: &str, of: &dyn Fn(&CellResult) -> TableValue| Column {
+    let column = |head: &'static str, key: &str, value: &dyn Fn(&CellResult) -> TableValue| Column {
         head,
         key: key.into(),
-        values: cells.iter().map(|cell| of(&cell.result)).collect(),
+        values: cells.iter().map(|cell| value(&cell.result)).collect(),
     };
     let mut columns = Vec::new();
     for parameter in PARAMETERS {
@@ -50,10 +50,10 @@ fn columns(cells: &[&Measured]) -> Vec<Column> {
         };
         columns.push(column(parameter.head, parameter.key, &value));
     }
-    for (head, key, of) in TIMES {
+    for (head, key, time_value) in TIMES {
         let whole = ["frames", "light_paths"].contains(&key);
         columns.push(column(head, key, &|result| {
-            let value = result.time.as_ref().and_then(of);
+            let value = result.time.as_ref().and_then(time_value);
             if whole {
                 value.map_or(TableValue::None, |value| TableValue::Number(value, value.to_string()))
             } else {
@@ -98,10 +98,10 @@ pub fn table(scene: &ReportScene) -> (Table, Vec<(&'static str, String)>) {
 /// Everything of all cells: a row a cell, with every pass and every buffer.
 pub fn all(cells: &[Measured], names: &Names) -> Vec<Vec<String>> {
     let all: Vec<&Measured> = cells.iter().collect();
-    let text = |head, key: &str, of: &dyn Fn(&Measured) -> String| Column {
+    let text = |head, key: &str, value: &dyn Fn(&Measured) -> String| Column {
         head,
         key: key.into(),
-        values: cells.iter().map(|cell| TableValue::Text(of(cell))).collect(),
+        values: cells.iter().map(|cell| TableValue::Text(value(cell))).collect(),
     };
     let mut wide = vec![
         text("", "identity", &|cell| cell.result.identity.clone()),
@@ -113,14 +113,14 @@ pub fn all(cells: &[Measured], names: &Names) -> Vec<Vec<String>> {
     let times = || cells.iter().filter_map(|cell| cell.result.time.as_ref());
     let passes: BTreeSet<&String> = times().flat_map(|time| time.pass_ms.keys()).collect();
     for pass in passes {
-        let of = |cell: &Measured| Some(cell.result.time.as_ref()?.pass_ms.get(pass)?.median);
-        let values = cells.iter().map(|cell| TableValue::number(of(cell))).collect();
+        let median_ms = |cell: &Measured| Some(cell.result.time.as_ref()?.pass_ms.get(pass)?.median);
+        let values = cells.iter().map(|cell| TableValue::number(median_ms(cell))).collect();
         wide.push(Column { head: "", key: format!("pass.{pass}_ms"), values });
     }
     let buffers: BTreeSet<&String> = times().flat_map(|time| time.memory_bytes.keys()).collect();
     for buffer in buffers {
-        let of = |cell: &Measured| Some(*cell.result.time.as_ref()?.memory_bytes.get(buffer)? as f64);
-        let values = cells.iter().map(|cell| TableValue::number(of(cell))).collect();
+        let bytes = |cell: &Measured| Some(*cell.result.time.as_ref()?.memory_bytes.get(buffer)? as f64);
+        let values = cells.iter().map(|cell| TableValue::number(bytes(cell))).collect();
         wide.push(Column { head: "", key: format!("memory.{buffer}_bytes"), values });
     }
     wide.push(text("", "device", &|cell| cell.result.provenance.device.clone()));

@@ -18,14 +18,14 @@ const LINES: usize = 10;
 const DASHES: [&str; 4] = ["none", "9 4", "3 3", "12 3 3 3"];
 
 /// A value of a frame.
-type Of = Box<dyn Fn(&FrameResult) -> Option<f64>>;
+type FrameValue = Box<dyn Fn(&FrameResult) -> Option<f64>>;
 
 /// What is drawn over frames.
 struct Drawn {
     slug: String,
     title: String,
     axis: String,
-    of: Of,
+    value: FrameValue,
 }
 
 /// The time, and every measure of error.
@@ -34,13 +34,13 @@ fn drawn() -> impl Iterator<Item = Drawn> {
         slug: "frame-time".into(),
         title: "time over the animation".into(),
         axis: "time of a frame [ms]".into(),
-        of: Box::new(|frame| frame.total_ms),
+        value: Box::new(|frame| frame.total_ms),
     };
     let error = |measure: &'static Measure| Drawn {
         slug: format!("frame-{}", measure.slug()),
         title: format!("{} over the animation", measure.head),
         axis: measure.head.into(),
-        of: Box::new(move |frame| frame.get(measure)),
+        value: Box::new(move |frame| frame.get(measure)),
     };
     std::iter::once(time).chain(MEASURES.into_iter().map(error))
 }
@@ -63,7 +63,7 @@ fn figure(scene: &ReportScene, names: &Names, measure: &Drawn) -> Option<Figure>
     let points = |cell: &Measured| -> Vec<(f64, f64)> {
         let frames = cell.result.frames.iter();
         let mut points: Vec<(f64, f64)> =
-            frames.filter_map(|frame| Some((f64::from(frame.frame), (measure.of)(frame)?))).collect();
+            frames.filter_map(|frame| Some((f64::from(frame.frame), (measure.value)(frame)?))).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points
     };

@@ -28,14 +28,18 @@ const FRAME: &str = "frame";
 struct Quantity {
     slug: &'static str,
     name: &'static str,
-    of: fn(&CellConfig, &CellTime) -> f64,
+    value: fn(&CellConfig, &CellTime) -> f64,
 }
 
 const QUANTITIES: [Quantity; 4] = [
-    Quantity { slug: "light-paths", name: "light paths", of: |_, time| f64::from(time.light_paths) },
-    Quantity { slug: "pixels", name: "pixels", of: |_, time| f64::from(time.width) * f64::from(time.height) },
-    Quantity { slug: "triangles", name: "triangles", of: |_, time| time.triangles as f64 },
-    Quantity { slug: "bounces", name: "bounces", of: |cell, _| cell.number(&MAX_BOUNCES) },
+    Quantity { slug: "light-paths", name: "light paths", value: |_, time| f64::from(time.light_paths) },
+    Quantity {
+        slug: "pixels",
+        name: "pixels",
+        value: |_, time| f64::from(time.width) * f64::from(time.height),
+    },
+    Quantity { slug: "triangles", name: "triangles", value: |_, time| time.triangles as f64 },
+    Quantity { slug: "bounces", name: "bounces", value: |cell, _| cell.number(&MAX_BOUNCES) },
 ];
 
 /// A slope in logarithmic axes.
@@ -121,7 +125,7 @@ fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
         let Provenance { commit, kernels, device, machine, .. } = &cell.result.provenance;
         let origin = [commit, kernels, device, machine].map(String::as_str);
         let key = (name, cell.folder.as_path(), origin);
-        series.entry(key).or_default().push(((quantity.of)(&cell.result.cell, time), time));
+        series.entry(key).or_default().push(((quantity.value)(&cell.result.cell, time), time));
     }
     let mut all = Vec::new();
     for ((cell, ..), mut points) in series {
@@ -174,13 +178,16 @@ fn family(scene: &str) -> Option<&str> {
 
 /// The frame, and the passes that take a part of it that shows somewhere.
 fn parts(values: &[f64], points: &[(f64, &CellTime)]) -> Vec<Part> {
-    let times = |of: &dyn Fn(&CellTime) -> Option<Quartiles>| -> Vec<Quartiles> {
-        points.iter().map(|(_, time)| of(time).unwrap_or_default()).collect()
+    let times = |quartiles: &dyn Fn(&CellTime) -> Option<Quartiles>| -> Vec<Quartiles> {
+        points.iter().map(|(_, time)| quartiles(time).unwrap_or_default()).collect()
     };
     let part = |name: &str, times: &[Quartiles]| {
-        let ms: Vec<f64> = times.iter().map(|of| of.median).collect();
-        let errors: Vec<f64> =
-            times.iter().zip(points).map(|(of, (_, time))| relative_error(of, time.frames)).collect();
+        let ms: Vec<f64> = times.iter().map(|quartiles| quartiles.median).collect();
+        let errors: Vec<f64> = times
+            .iter()
+            .zip(points)
+            .map(|(quartiles, (_, time))| relative_error(quartiles, time.frames))
+            .collect();
         Part { name: name.into(), whole: fit(values, &ms), last: last_step(values, &ms, &errors), ms }
     };
     let totals = times(&|time| Some(time.total_ms));
@@ -197,22 +204,22 @@ fn parts(values: &[f64], points: &[(f64, &CellTime)]) -> Vec<Part> {
 }
 
 /// Standard error of a median over the median, by its quartiles, as of normal noise.
-fn relative_error(of: &Quartiles, frames: u32) -> f64 {
-    let deviation = (of.upper - of.lower) / 1.349;
-    1.2533 * deviation / f64::from(frames.max(1)).sqrt() / of.median
+fn relative_error(quartiles: &Quartiles, frames: u32) -> f64 {
+    let deviation = (quartiles.upper - quartiles.lower) / 1.349;
+    1.2533 * deviation / f64::from(frames.max(1)).sqrt() / quartiles.median
 }
 
 /// The slope between the last two values, whose times have these relative errors.
 fn last_step(values: &[f64], times: &[f64], errors: &[f64]) -> Slope {
-    let step = |of: &[f64]| (of[of.len() - 1] / of[of.len() - 2]).ln();
+    let step = |numbers: &[f64]| (numbers[numbers.len() - 1] / numbers[numbers.len() - 2]).ln();
     let error = errors[errors.len() - 1].hypot(errors[errors.len() - 2]);
     Slope { exponent: step(times) / step(values), standard_error: error / step(values) }
 }
 
 /// Least squares of logarithms.
 fn fit(values: &[f64], times: &[f64]) -> Slope {
-    let logs = |of: &[f64]| -> Vec<f64> { of.iter().map(|value| value.ln()).collect() };
-    let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+    let logs = |numbers: &[f64]| -> Vec<f64> { numbers.iter().map(|value| value.ln()).collect() };
+    let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / numbers.len() as f64;
     let (x, y) = (logs(values), logs(times));
     let (mean_x, mean_y) = (mean(&x), mean(&y));
     let spread: f64 = x.iter().map(|x| (x - mean_x).powi(2)).sum();
@@ -226,14 +233,14 @@ fn fit(values: &[f64], times: &[f64]) -> Slope {
 fn table(all: &[Growth]) -> Table {
     let rows: Vec<(&Growth, &Part)> =
         all.iter().flat_map(|growth| growth.parts.iter().map(move |part| (growth, part))).collect();
-    let column = |head, key: &str, of: &dyn Fn(&Growth, &Part) -> TableValue| Column {
+    let column = |head, key: &str, value: &dyn Fn(&Growth, &Part) -> TableValue| Column {
         head,
         key: key.into(),
-        values: rows.iter().map(|(growth, part)| of(growth, part)).collect(),
+        values: rows.iter().map(|(growth, part)| value(growth, part)).collect(),
     };
     let text = |text: &str| TableValue::Text(text.into());
     let two = |value: f64| TableValue::Number(value, format!("{value:.2}"));
-    let end = |of: &[f64]| of.last().copied();
+    let end = |numbers: &[f64]| numbers.last().copied();
     let columns = vec![
         column("grows with", "quantity", &|growth, _| text(growth.quantity.name)),
         column("from", "from", &|growth, _| TableValue::number(growth.values.first().copied())),
@@ -343,13 +350,13 @@ mod tests {
         let cells = [1e3, 1e4, 1e5, 1e6].map(|n: f64| cell(n as u32, 2e-6 * n * n.ln(), 1e-9 * n * n));
         let (figures, table) = growth(&cells).unwrap();
         let rows = table.rows();
-        let of = |part: &str| rows.iter().find(|row| row[4] == part).unwrap();
-        let number = |part, column: usize| of(part)[column].parse::<f64>().unwrap();
-        assert!((number("gather.x", 6) - 2.0).abs() < 1e-9 && of("gather.x")[12] == "no");
+        let part_row = |part: &str| rows.iter().find(|row| row[4] == part).unwrap();
+        let number = |part, column: usize| part_row(part)[column].parse::<f64>().unwrap();
+        assert!((number("gather.x", 6) - 2.0).abs() < 1e-9 && part_row("gather.x")[12] == "no");
         for (exponent, limit) in [(6, 8), (9, 11)] {
             assert!((number("shoot.store", exponent) - number("shoot.store", limit)).abs() < 1e-9);
         }
-        assert_eq!(of("shoot.store")[12], "yes");
+        assert_eq!(part_row("shoot.store")[12], "yes");
         assert_eq!((figures.len(), rows.len()), (1, 4));
     }
 

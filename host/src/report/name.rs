@@ -38,7 +38,7 @@ pub struct Series {
 impl Series {
     /// The series of a cell.
     pub fn new(cell: &CellConfig) -> Series {
-        let of = |wanted: fn(&VisualEncoding) -> bool| {
+        let shown_as = |wanted: fn(&VisualEncoding) -> bool| {
             let parameters = PARAMETERS.into_iter().filter(move |parameter| wanted(&parameter.shown));
             // A method is said, and of the rest what adds something to it.
             let named = parameters
@@ -47,8 +47,8 @@ impl Series {
             texts.collect::<Vec<_>>().join(" + ")
         };
         Series {
-            kind: of(|shown| matches!(shown, VisualEncoding::Color)),
-            gather: of(|shown| matches!(shown, VisualEncoding::Shape)),
+            kind: shown_as(|shown| matches!(shown, VisualEncoding::Color)),
+            gather: shown_as(|shown| matches!(shown, VisualEncoding::Shape)),
         }
     }
 
@@ -83,22 +83,22 @@ pub struct Names {
 type Origin = fn(&Provenance) -> String;
 
 const ORIGINS: [Origin; 4] = [
-    |of| short_hash("commit", &of.commit),
-    |of| short_hash("kernels", &of.kernels),
-    |of| of.device.clone(),
-    |of| of.machine.clone(),
+    |provenance| short_hash("commit", &provenance.commit),
+    |provenance| short_hash("kernels", &provenance.kernels),
+    |provenance| provenance.device.clone(),
+    |provenance| provenance.machine.clone(),
 ];
 
 /// The start of a hash, and what it is of.
-fn short_hash(of: &str, hash: &str) -> String {
+fn short_hash(label: &str, hash: &str) -> String {
     let is_hash = hash.len() > 12 && hash.chars().take(12).all(|letter| letter.is_ascii_hexdigit());
     if hash.is_empty() {
         String::new()
     } else if is_hash {
         let dirty = if hash.ends_with("-dirty") { "-dirty" } else { "" };
-        format!("{of} {}{dirty}", &hash[..8])
+        format!("{label} {}{dirty}", &hash[..8])
     } else {
-        format!("{of} {hash}")
+        format!("{label} {hash}")
     }
 }
 
@@ -121,7 +121,8 @@ impl Names {
 
     /// The same colours and shapes, and words for what differs among some of the cells only.
     pub fn among(&self, cells: &[&Measured]) -> Names {
-        let differ = |of: &dyn Fn(&Measured) -> String| cells.iter().any(|cell| of(cell) != of(cells[0]));
+        let differ =
+            |value: &dyn Fn(&Measured) -> String| cells.iter().any(|cell| value(cell) != value(cells[0]));
         let origins = ORIGINS.iter();
         Names {
             varies: PARAMETERS

@@ -44,10 +44,10 @@ pub fn overview(scenes: &[ReportScene], names: &Names) -> Option<Overview> {
     if compared.iter().filter(|kind| shared(kind, base) == base.cells.len()).count() < 2 {
         return None;
     }
-    let column = |head, key: &str, of: &dyn Fn(&Kind) -> TableValue| Column {
+    let column = |head, key: &str, value: &dyn Fn(&Kind) -> TableValue| Column {
         head,
         key: key.into(),
-        values: compared.iter().map(|kind| of(kind)).collect(),
+        values: compared.iter().map(|kind| value(kind)).collect(),
     };
     let mut columns = vec![
         column("cell", "cell", &|kind| TableValue::Text(kind.name.clone())),
@@ -94,8 +94,8 @@ fn pairs<'a>(kind: &'a Kind, base: &'a Kind) -> impl Iterator<Item = (&'a Measur
 }
 
 /// Geometric mean of the ratios over the scenes in which both have a value.
-fn ratio(kind: &Kind, base: &Kind, of: &dyn Fn(&Measured) -> Option<f64>) -> Option<f64> {
-    let ratio = |(own, base): (&Measured, &Measured)| Some(of(own)? / of(base)?);
+fn ratio(kind: &Kind, base: &Kind, value: &dyn Fn(&Measured) -> Option<f64>) -> Option<f64> {
+    let ratio = |(own, base): (&Measured, &Measured)| Some(value(own)? / value(base)?);
     let logs: Vec<f64> = pairs(kind, base)
         .filter_map(ratio)
         .filter(|ratio| ratio.is_finite() && *ratio > 0.0)
@@ -106,9 +106,9 @@ fn ratio(kind: &Kind, base: &Kind, of: &dyn Fn(&Measured) -> Option<f64>) -> Opt
 
 /// Which kind is fastest and which comes nearest to the reference, of those that all scenes of the most common one have.
 fn sentence(kinds: &[&Kind], base: &Kind, scenes: usize) -> String {
-    let best = |of: &dyn Fn(&Measured) -> Option<f64>| {
+    let best = |value: &dyn Fn(&Measured) -> Option<f64>| {
         let everywhere = kinds.iter().filter(|kind| shared(kind, base) == base.cells.len());
-        let valued = everywhere.filter_map(|kind| Some((kind.name.as_str(), ratio(kind, base, of)?)));
+        let valued = everywhere.filter_map(|kind| Some((kind.name.as_str(), ratio(kind, base, value)?)));
         valued.min_by(|a, b| a.1.total_cmp(&b.1))
     };
     let of_scenes =
@@ -154,13 +154,19 @@ mod tests {
         let found = overview(&scenes(&cells), &Names::new(&cells)).unwrap();
         let rows = found.table.rows();
         assert_eq!(rows[0], ["cell", "scenes", "time_ratio", "flip_ratio"]);
-        let of = |name: &str| rows.iter().find(|row| row[0] == name).unwrap();
+        let row_named = |name: &str| rows.iter().find(|row| row[0] == name).unwrap();
         let close = |text: &str, value: f64| (text.parse::<f64>().unwrap() - value).abs() < 1e-12;
         // 1/2 and 1/8; 1/2 and 1.
         assert!(
-            of("basic")[1] == "2" && close(&of("basic")[2], 0.25) && close(&of("basic")[3], 0.5_f64.sqrt())
+            row_named("basic")[1] == "2"
+                && close(&row_named("basic")[2], 0.25)
+                && close(&row_named("basic")[3], 0.5_f64.sqrt())
         );
-        assert!(of("kim2019")[1] == "1" && close(&of("kim2019")[2], 0.1) && close(&of("kim2019")[3], 2.0));
+        assert!(
+            row_named("kim2019")[1] == "1"
+                && close(&row_named("kim2019")[2], 0.1)
+                && close(&row_named("kim2019")[3], 2.0)
+        );
         assert_eq!(
             found.sentence,
             "In 2 of 2 scenes, held against path: the least FLIP has basic (0.707 of its); the shortest frame has basic \

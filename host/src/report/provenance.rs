@@ -13,21 +13,21 @@ use crate::text::printable;
 
 /// Every value that occurs and the number of cells with it, by what it is of.
 pub fn distinct(cells: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> {
-    let count = |of: fn(&Provenance) -> String| {
+    let count = |field: fn(&Provenance) -> String| {
         let mut counts = BTreeMap::new();
         // A value may be copied from the page.
-        let values = cells.iter().map(|cell| printable(&of(&cell.result.provenance)));
+        let values = cells.iter().map(|cell| printable(&field(&cell.result.provenance)));
         for value in values.filter(|value| !value.is_empty()) {
             *counts.entry(value).or_insert(0) += 1;
         }
         counts
     };
     let all = [
-        ("commit", count(|of| of.commit.clone())),
-        ("kernels", count(|of| of.kernels.clone())),
-        ("device and driver", count(|of| of.device.clone())),
-        ("machine and compiler", count(|of| of.machine.clone())),
-        ("first seed", count(|of| of.seed.to_string())),
+        ("commit", count(|provenance| provenance.commit.clone())),
+        ("kernels", count(|provenance| provenance.kernels.clone())),
+        ("device and driver", count(|provenance| provenance.device.clone())),
+        ("machine and compiler", count(|provenance| provenance.machine.clone())),
+        ("first seed", count(|provenance| provenance.seed.to_string())),
     ];
     all.into_iter().filter(|(_, values)| !values.is_empty()).collect()
 }

@@ -30,8 +30,9 @@ pub fn ratios(scene: &ReportScene, names: &Names) -> Option<Table> {
             |cell: &Measured| Some(value(cell)? / value(first(cell)?)?).filter(|ratio| ratio.is_finite());
         cells.iter().map(|cell| TableValue::number(part(cell))).collect()
     };
-    let text =
-        |of: &dyn Fn(&Measured) -> String| cells.iter().map(|cell| TableValue::Text(of(cell))).collect();
+    let text = |value: &dyn Fn(&Measured) -> String| {
+        cells.iter().map(|cell| TableValue::Text(value(cell))).collect()
+    };
     let of_first = |cell: &Measured| first(cell).map_or_else(|| first_name(cell), |first| names.label(first));
     let column = |head, key: &str, values| Column { head, key: key.into(), values };
     let mut columns = vec![

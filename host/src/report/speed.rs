@@ -76,12 +76,12 @@ pub fn chart(scene: &ReportScene, names: &Names, measure: &'static Measure) -> O
         notes.push(format!("{} not shown: 0 has no place on a logarithmic axis.", are(zero)));
     }
     if fronts.len() > 1 {
-        let of = |(index, front): (usize, &Vec<usize>)| {
+        let description = |(index, front): (usize, &Vec<usize>)| {
             let comparable_group =
                 front.first().map_or(String::new(), |&first| comparable_group(&marks[first], names));
             format!("{comparable_group} {}", DASHES[index % DASHES.len()].0)
         };
-        let all: Vec<String> = fronts.iter().enumerate().map(of).collect();
+        let all: Vec<String> = fronts.iter().enumerate().map(description).collect();
         notes.push(format!("What was not measured alike has a front of its own: {}.", all.join(", ")));
     }
     if marks.iter().any(|mark| mark.cell.result.cell.text(&FEATURES) == "all") {
@@ -121,9 +121,9 @@ fn fronts(marks: &[Mark], names: &Names) -> Vec<Vec<usize>> {
     let mut groups: Vec<String> = marks.iter().map(comparable_group).collect();
     groups.sort_unstable();
     groups.dedup();
-    let front = |of: String| {
+    let front = |group: String| {
         let own: Vec<usize> =
-            (0..marks.len()).filter(|&index| comparable_group(&marks[index]) == of).collect();
+            (0..marks.len()).filter(|&index| comparable_group(&marks[index]) == group).collect();
         let points: Vec<(f64, f64)> =
             own.iter().map(|&index| (marks[index].ms, marks[index].error)).collect();
         pareto(&points).into_iter().map(|index| own[index]).collect()

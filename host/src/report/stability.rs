@@ -107,10 +107,11 @@ impl Stability {
         let mut rows =
             vec![["number", "mode", "test", "method", "verdict", "note"].map(String::from).to_vec()];
         for mode in &self.mode {
-            for of in &mode.verdict {
+            for verdict in &mode.verdict {
                 let number = mode.number.to_string();
-                let test = of.test.as_ref().unwrap_or(&mode.test);
-                let words = [&number, &mode.name, test, &of.method, of.verdict.word(), &of.note];
+                let test = verdict.test.as_ref().unwrap_or(&mode.test);
+                let words =
+                    [&number, &mode.name, test, &verdict.method, verdict.verdict.word(), &verdict.note];
                 rows.push(words.map(String::from).to_vec());
             }
         }
@@ -118,11 +119,13 @@ impl Stability {
     }
 }
 
-fn row(of: &MethodVerdict) -> Markup {
+fn row(verdict: &MethodVerdict) -> Markup {
     html! {
         div {
-            span class={ "verdict " (of.verdict.word()) } { (of.verdict.sign()) " " (of.verdict.word()) }
-            " " b { (of.method) } @if !of.note.is_empty() { " " span .dim { (of.note) } }
+            span class={ "verdict " (verdict.verdict.word()) } {
+                (verdict.verdict.sign()) " " (verdict.verdict.word())
+            }
+            " " b { (verdict.method) } @if !verdict.note.is_empty() { " " span .dim { (verdict.note) } }
         }
     }
 }
@@ -156,7 +159,8 @@ mod tests {
     #[test]
     fn every_mode_names_a_test_that_exists() {
         let table = stability().unwrap();
-        let own = |mode: &Mode| mode.verdict.iter().filter_map(|of| of.test.clone()).collect::<Vec<_>>();
+        let own =
+            |mode: &Mode| mode.verdict.iter().filter_map(|verdict| verdict.test.clone()).collect::<Vec<_>>();
         let tests = table.mode.iter().flat_map(|mode| own(mode).into_iter().chain([mode.test.clone()]));
         let wrong: Vec<String> = tests.filter_map(|test| find(&test).err()).collect();
         assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -181,9 +185,9 @@ mod tests {
         assert!(table.mode.windows(2).all(|pair| pair[0].number < pair[1].number));
         for mode in &table.mode {
             assert!((1..=24).contains(&mode.number) && !mode.verdict.is_empty(), "mode {}", mode.number);
-            for (index, of) in mode.verdict.iter().enumerate() {
-                let again = mode.verdict[..index].iter().any(|other| other.method == of.method);
-                assert!(!again, "mode {}: {} twice", mode.number, of.method);
+            for (index, verdict) in mode.verdict.iter().enumerate() {
+                let again = mode.verdict[..index].iter().any(|other| other.method == verdict.method);
+                assert!(!again, "mode {}: {} twice", mode.number, verdict.method);
             }
         }
     }

@@ -11,8 +11,13 @@ pub fn tip(cell: &Measured, names: &Names) -> String {
     let config = &cell.result.cell;
     let mut lines = vec![names.label(cell)];
     if let Some(time) = &cell.result.time {
-        let of = time.total_ms;
-        lines.push(format!("time {} ms ({} to {})", number(of.median), number(of.lower), number(of.upper)));
+        let total_ms = time.total_ms;
+        lines.push(format!(
+            "time {} ms ({} to {})",
+            number(total_ms.median),
+            number(total_ms.lower),
+            number(total_ms.upper)
+        ));
         lines.push(format!("timed at {}×{}, {} light paths", time.width, time.height, time.light_paths));
     }
     if let Some(error) = &cell.result.error {

@@ -272,8 +272,9 @@ mod tests {
     #[test]
     fn steps_hold_and_lines_join_and_ends_are_kept() {
         let values = [[1.0, 2.0, 3.0, 0.0], [3.0, 2.0, -1.0, 0.0], [7.0, 0.0, 0.0, 0.0]];
-        let of = |interpolation| channel(Path::Translation, interpolation, &[1.0, 2.0, 4.0], &values);
-        let (step, line) = (of(Interpolation::Step), of(Interpolation::Linear));
+        let translation =
+            |interpolation| channel(Path::Translation, interpolation, &[1.0, 2.0, 4.0], &values);
+        let (step, line) = (translation(Interpolation::Step), translation(Interpolation::Linear));
         for (time, stepped, joined) in [
             (-1.0, 1.0, 1.0),
             (1.0, 1.0, 1.0),

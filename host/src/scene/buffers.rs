@@ -13,7 +13,7 @@ impl Scene {
             ("surfaces", cast_slice(&self.surfaces)),
             ("materials", cast_slice(&self.materials)),
             ("lights", cast_slice(&self.lights)),
-            ("environment", cast_slice(&self.environment.rows)),
+            ("environment", cast_slice(&self.environment.records)),
             ("environment_texels", cast_slice(&self.environment.texels)),
             ("environment_cdf", cast_slice(&self.environment.cdf)),
             ("instances", cast_slice(&self.instances)),

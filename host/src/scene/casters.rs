@@ -104,22 +104,23 @@ impl Cut {
         let (mut still, mut parts) = (Vec::new(), Vec::new());
         let mut boxes: HashMap<usize, Option<Aabb>> = HashMap::new();
         let uses = scene.instanced.uses();
-        for (instance, row) in scene.instances.iter().enumerate() {
-            let rows = || scene.instanced.rows(instance).filter(is_caster);
-            if row.moving != 0 {
+        for (instance, record) in scene.instances.iter().enumerate() {
+            let triangle_ids = || scene.instanced.triangle_ids(instance).filter(is_caster);
+            if record.moving != 0 {
                 parts.extend(Part::new(
                     instance,
-                    rows().map(|id| Piece::from_triangle(&scene.triangles[id])).collect(),
+                    triangle_ids().map(|id| Piece::from_triangle(&scene.triangles[id])).collect(),
                 ));
                 continue;
             }
             let mesh = instance.checked_sub(1).map(|id| scene.instanced.instances[id].mesh);
             match mesh.filter(|&mesh| uses[mesh] * scene.instanced.meshes[mesh].count as usize > MAX_PIECES) {
                 None => still.extend(
-                    rows().map(|id| Piece::from_triangle(&scene.world_triangle(instance as u32, id as u32))),
+                    triangle_ids()
+                        .map(|id| Piece::from_triangle(&scene.world_triangle(instance as u32, id as u32))),
                 ),
                 Some(mesh) => {
-                    let bounds = || rows().map(|id| bvh::bounds(&scene.triangles[id]));
+                    let bounds = || triangle_ids().map(|id| bvh::bounds(&scene.triangles[id]));
                     let own =
                         boxes.entry(mesh).or_insert_with(|| bounds().reduce(|all, next| all.union(&next)));
                     let to_world = scene.instanced.instance_transforms()[instance - 1].to_world;
@@ -262,8 +263,9 @@ mod tests {
                 let Casters { spheres, count } = scene.casters(0.25);
                 let casters = &spheres[..count as usize];
                 let mut seen = 0;
-                let rows = |instance| scene.instanced.rows(instance).map(move |id| (instance, id));
-                for (instance, id) in (0..scene.instances.len()).flat_map(rows) {
+                let instance_triangles =
+                    |instance| scene.instanced.triangle_ids(instance).map(move |id| (instance, id));
+                for (instance, id) in (0..scene.instances.len()).flat_map(instance_triangles) {
                     let material = scene.surfaces[id].material as usize;
                     if scene.features_of(material, 0.25).has(Features::CASTERS) {
                         let triangle = scene.world_triangle(instance as u32, id as u32);

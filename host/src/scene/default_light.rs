@@ -60,7 +60,7 @@ impl Scene {
             }
         }
         let mut words = format!("a spot from the front left ({IRRADIANCE} W m^-2 in the middle)");
-        if self.environment.rows.is_empty() {
+        if self.environment.records.is_empty() {
             let sky = SKY.map(Vec3::splat).to_vec();
             self.set_environment(EnvironmentMap::new(1, SKY.len() as u32, sky))?;
             let (above, below) = (SKY[0], SKY[SKY.len() - 1]);

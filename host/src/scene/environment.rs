@@ -97,8 +97,8 @@ impl EnvironmentMap {
 /// The tables of an environment; all are empty where a scene has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnvironmentTables {
-    /// One row.
-    pub rows: Vec<Environment>,
+    /// One record.
+    pub records: Vec<Environment>,
     /// The image, from its top.
     pub texels: Arc<[Vec3]>,
     /// Hierarchical CDF of its brightness over directions: a pyramid of sums.
@@ -110,28 +110,28 @@ pub struct EnvironmentTables {
 impl EnvironmentTables {
     /// Its light comes from all around these points (m).
     pub(super) fn enclose(&mut self, hull: &[DVec3]) {
-        let Some(row) = self.rows.first_mut() else { return };
+        let Some(record) = self.records.first_mut() else { return };
         let corners = || hull.iter().copied();
         let (low, high) =
             corners().fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
         let centre = if low.x <= high.x { 0.5 * (low + high) } else { DVec3::ZERO };
         let radius = corners().map(|p| p.distance(centre)).fold(0.0, f64::max);
-        row.centre = centre.as_vec3();
+        record.centre = centre.as_vec3();
         // A little wider than needed: starts of paths are rounded to f32.
-        row.radius = (radius * 1.001 + 1e-6 * centre.abs().max_element()) as f32;
+        record.radius = (radius * 1.001 + 1e-6 * centre.abs().max_element()) as f32;
     }
 
-    /// Its row of the light table, not yet chosen among others, and its flux of each channel (W).
+    /// Its record of the light table, not yet chosen among others, and its flux of each channel (W).
     pub(super) fn light(&self) -> Option<(Light, DVec3)> {
-        let row = self.rows.first()?;
+        let record = self.records.first()?;
         let light = Light {
-            position: row.centre,
+            position: record.centre,
             triangle: NONE,
             emission: self.mean.as_vec3(),
             kind: Features::ENVIRONMENT.0,
             ..Light::default()
         };
-        let across = std::f64::consts::PI * f64::from(row.radius) * f64::from(row.radius);
+        let across = std::f64::consts::PI * f64::from(record.radius) * f64::from(record.radius);
         Some((light, self.mean * (4.0 * std::f64::consts::PI * across)))
     }
 }
@@ -148,7 +148,7 @@ impl Scene {
             let what = format!("scale {scale} and rotation {rotation} cannot be used");
             return Err(SceneError::Environment { file: self.name.clone(), what });
         }
-        let row = Environment {
+        let record = Environment {
             scale: Vec3::splat(scale),
             width: image.width,
             height: image.height,
@@ -157,7 +157,7 @@ impl Scene {
         };
         let (width, height) = (image.width, image.height);
         self.environment =
-            EnvironmentTables { rows: vec![row], texels: image.texels.clone(), ..Default::default() };
+            EnvironmentTables { records: vec![record], texels: image.texels.clone(), ..Default::default() };
         let (cdf, mean) = self.brightness(width.max(2 * height));
         (self.environment.cdf, self.environment.mean) = (cdf, mean);
         self.light_again()

@@ -25,7 +25,7 @@ impl Scene {
         self.recorded
             .iter()
             .flat_map(|recorded: &Recorded| &recorded.channels)
-            .for_each(|of| words.channel(of));
+            .for_each(|channel| words.channel(channel));
         digest.add(&words.0);
         // What stands on nodes
         let mut words = Words::default();

@@ -68,10 +68,10 @@ fn check_material(file: &str, name: &str, material: &Material) -> Result<(), Sce
     Err(SceneError::Material { file: file.into(), material: name.into(), what: what.into() })
 }
 
-/// Keeps the rows whose flag is set; the table may be empty.
-pub fn retain<T>(rows: &mut Vec<T>, keep: &[bool]) {
+/// Keeps the records whose flag is set; the table may be empty.
+pub fn retain<T>(records: &mut Vec<T>, keep: &[bool]) {
     let mut flags = keep.iter();
-    rows.retain(|_| *flags.next().unwrap());
+    records.retain(|_| *flags.next().unwrap());
 }
 
 /// Whether f32 can tell it from a line, relative to its longest edge.

@@ -114,7 +114,7 @@ fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
 
     // Bring everything into a world around its origin.
     let origin = geometry.centre(&world.nodes);
-    let (triangles, surfaces) = geometry.rows(origin);
+    let (triangles, surfaces) = geometry.triangle_records(origin);
     if !parts.textures.is_empty() {
         parts.coordinates = geometry.coordinates();
     }

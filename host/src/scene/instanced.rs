@@ -126,11 +126,11 @@ impl Instanced {
         &self.instance_transforms
     }
 
-    /// Rows of the triangles of an instance, by its row among the instances; the first is the world.
-    pub fn rows(&self, instance: usize) -> Range<usize> {
+    /// Ids of the triangles of an instance, by its id among the instances; the first is the world.
+    pub fn triangle_ids(&self, instance: usize) -> Range<usize> {
         match instance.checked_sub(1) {
             None => 0..self.still,
-            Some(id) => self.meshes[self.instances[id].mesh].rows(),
+            Some(id) => self.meshes[self.instances[id].mesh].triangle_ids(),
         }
     }
 
@@ -177,19 +177,20 @@ impl Instanced {
             let is_hidden = is_hidden(&object_to_world);
             let shown = (!is_hidden).then(|| transform(&object_to_world));
             self.instance_transforms.push(InstanceTransform { mesh: instance.mesh, to_world: shown });
-            let row = &mut scene.instances[id + 1];
-            let Instance { root, first, moving, .. } = *row;
-            *row = Instance { root, first, moving, ..Instance::default() };
+            let record = &mut scene.instances[id + 1];
+            let Instance { root, first, moving, .. } = *record;
+            *record = Instance { root, first, moving, ..Instance::default() };
             if is_hidden {
                 continue;
             }
             let to_object = object_to_world.inverse();
-            (row.to_object, row.to_world) = (transform(&to_object), transform(&object_to_world));
-            row.to_previous = before.map_or(Transform::IDENTITY, |before| transform(&(before * to_object)));
+            (record.to_object, record.to_world) = (transform(&to_object), transform(&object_to_world));
+            record.to_previous =
+                before.map_or(Transform::IDENTITY, |before| transform(&(before * to_object)));
             if mesh.deformation.is_some() && before.is_some() {
-                row.to_previous = Transform::NOWHERE;
+                record.to_previous = Transform::NOWHERE;
             }
-            row.orientation = if object_to_world.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
+            record.orientation = if object_to_world.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
             leaves.push(Leaf { bounds: bounds(mesh, to_world), child: INSTANCE | (id as u32 + 1) });
         }
         top::build(&mut scene.nodes[..self.top], leaves);
@@ -208,15 +209,15 @@ impl Scene {
     /// A triangle of an instance where it stands at the pose at hand (m), counter-clockwise seen from its front; one that is hidden
     /// has no area.
     pub fn world_triangle(&self, instance: u32, triangle: u32) -> Triangle {
-        let row = self.triangles[triangle as usize];
+        let record = self.triangles[triangle as usize];
         if instance == 0 {
-            return row;
+            return record;
         }
         let Some(object_to_world) = self.instanced.object_to_world(instance) else {
             return Triangle::default();
         };
         let [a, b, c] =
-            geometry::corners(&row).map(|corner| object_to_world.transform_point3(corner).as_vec3());
+            geometry::corners(&record).map(|corner| object_to_world.transform_point3(corner).as_vec3());
         if object_to_world.matrix3.determinant() < 0.0 {
             Triangle { a, b: c, c: b }
         } else {
@@ -229,9 +230,10 @@ impl Scene {
     pub(super) fn hull(&self) -> Vec<DVec3> {
         let Instanced { meshes, instances, still, .. } = &self.instanced;
         let world = self.triangles[..*still].iter().flat_map(geometry::corners);
-        let shown = (1..).zip(instances).filter_map(|(row, instance)| {
+        let shown = (1..).zip(instances).filter_map(|(instance_id, instance)| {
             let mesh = &meshes[instance.mesh];
-            let to_world = self.instanced.object_to_world(row)? * DAffine3::from_translation(-mesh.centre);
+            let to_world =
+                self.instanced.object_to_world(instance_id)? * DAffine3::from_translation(-mesh.centre);
             Some(mesh.hull(to_world))
         });
         world.chain(shown.flatten()).collect()

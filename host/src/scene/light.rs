@@ -38,7 +38,7 @@ pub struct Emitter {
 pub fn emitters(scene: &Scene) -> Vec<Emitter> {
     let tables = scene.tables();
     let of_instance = |instance: usize| {
-        let triangles = scene.instanced.rows(instance).map(|triangle| triangle as u32);
+        let triangles = scene.instanced.triangle_ids(instance).map(|triangle| triangle as u32);
         let emitters = triangles.map(move |triangle| Emitter {
             triangle,
             instance: instance as u32,
@@ -48,7 +48,10 @@ pub fn emitters(scene: &Scene) -> Vec<Emitter> {
     };
     // A mesh that has several instances does not emit.
     let (uses, instances) = (scene.instanced.uses(), &scene.instanced.instances);
-    let alone = (1..).zip(instances).filter(|(_, instance)| uses[instance.mesh] == 1).map(|(row, _)| row);
+    let alone = (1..)
+        .zip(instances)
+        .filter(|(_, instance)| uses[instance.mesh] == 1)
+        .map(|(instance_id, _)| instance_id);
     std::iter::once(0).chain(alone).flat_map(of_instance).collect()
 }
 
@@ -79,7 +82,7 @@ pub fn table(
         };
         (light, mean * PI * area * f64::from(sides))
     });
-    let of_punctual = punctual_lights.iter().map(|light| light.row(hull));
+    let of_punctual = punctual_lights.iter().map(|light| light.record(hull));
 
     // Leave out what is dark, or so dim beside the rest that f32 cannot hold its probability.
     let power = |flux: DVec3| flux.element_sum() / 3.0;
@@ -132,9 +135,9 @@ mod tests {
             choose_by_power(&mut lights, &powers);
 
             let mut probabilities = vec![0.0; count];
-            for (row, light) in lights.iter().enumerate() {
+            for (light_id, light) in lights.iter().enumerate() {
                 let keep = f64::from(light.threshold);
-                probabilities[row] += keep / count as f64;
+                probabilities[light_id] += keep / count as f64;
                 probabilities[light.alias as usize] += (1.0 - keep) / count as f64;
             }
             for (id, probability) in probabilities.into_iter().enumerate() {

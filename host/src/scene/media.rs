@@ -186,8 +186,8 @@ impl Media {
                 record = materials.len() as u32;
                 materials.push(materials[material as usize]);
                 levels.push(0);
-                if let Some(&row) = textures.get(material as usize) {
-                    textures.push(row);
+                if let Some(&material_textures) = textures.get(material as usize) {
+                    textures.push(material_textures);
                 }
             }
             last = Some(material);

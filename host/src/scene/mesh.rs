@@ -128,8 +128,8 @@ impl Mesh {
         (self.nodes, self.blocks) = (node..scene.nodes.len(), block..scene.blocks.len());
     }
 
-    /// Its rows of the triangles.
-    pub fn rows(&self) -> Range<usize> {
+    /// Ids of its triangles.
+    pub fn triangle_ids(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 
@@ -143,7 +143,7 @@ impl Mesh {
         let Some(deformation) = &self.deformation else { return };
         let corners: Vec<[Corner; 3]> = deformation.corners(vertices).collect();
         let own = own_triangles(&corners, self.centre);
-        for ((id, triangle), corners) in self.rows().zip(own).zip(&corners) {
+        for ((id, triangle), corners) in self.triangle_ids().zip(own).zip(&corners) {
             let before = scene.surfaces[id];
             let light = before.light;
             scene.surfaces[id] = TriangleSurface { light, ..surface(&triangle, corners, before.material) };

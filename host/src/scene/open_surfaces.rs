@@ -53,8 +53,8 @@ impl Scene {
     fn hangs(&self, material: usize) -> bool {
         let of_material = |id: &usize| self.surfaces[*id].material as usize == material;
         let of_instance = |instance: usize| {
-            let rows = self.instanced.rows(instance).filter(of_material);
-            rows.map(move |id| self.world_triangle(instance as u32, id as u32))
+            let triangle_ids = self.instanced.triangle_ids(instance).filter(of_material);
+            triangle_ids.map(move |id| self.world_triangle(instance as u32, id as u32))
         };
         let faces: Vec<Triangle> = (0..self.instances.len()).flat_map(of_instance).take(MAX_STARTS).collect();
         let mut area = 0.0;

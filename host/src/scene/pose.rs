@@ -70,7 +70,7 @@ impl Scene {
 
     /// Whether some light comes from beyond all that can be met.
     fn asks_for_its_hull(&self, punctual_lights: &[PunctualLight]) -> bool {
-        !self.environment.rows.is_empty() || punctual_lights.iter().any(PunctualLight::is_directional)
+        !self.environment.records.is_empty() || punctual_lights.iter().any(PunctualLight::is_directional)
     }
 
     /// Writes the rows of cameras and instances.

@@ -127,9 +127,9 @@ impl PunctualLight {
         matches!(self.shape, LightShape::Directional { .. })
     }
 
-    /// Its row of the light table, not yet chosen among others, and its emitted flux of each channel (W). All that parallel light
-    /// meets lies within the hull of these points (m).
-    pub fn row(&self, hull: &[DVec3]) -> (Light, DVec3) {
+    /// Its record of the light table, not yet chosen among others, and its emitted flux of each channel (W). All that parallel
+    /// light meets lies within the hull of these points (m).
+    pub fn record(&self, hull: &[DVec3]) -> (Light, DVec3) {
         let light = Light {
             position: self.position,
             triangle: NONE,
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn discs_lie_before_the_scene_and_cover_it() {
         for direction in [Vec3::NEG_Z, Vec3::Z, Vec3::X, Vec3::new(0.6, 0.0, -0.8)] {
-            let (light, _) = directional(direction).row(&triangle());
+            let (light, _) = directional(direction).record(&triangle());
             for corner in triangle() {
                 let along = corner.as_vec3() - light.position;
                 let depth = along.dot(direction);
@@ -239,8 +239,9 @@ mod tests {
                 2.0 * PI * angle.sin() * step * line * line
             })
             .sum();
-        assert!((spot(inner, outer).row(&[]).1.x / sum - 1.0).abs() < 1e-8);
-        let flat = PunctualLight { intensity: Vec3::splat(3.0), ..directional(Vec3::NEG_Z) }.row(&triangle());
+        assert!((spot(inner, outer).record(&[]).1.x / sum - 1.0).abs() < 1e-8);
+        let flat =
+            PunctualLight { intensity: Vec3::splat(3.0), ..directional(Vec3::NEG_Z) }.record(&triangle());
         assert!((flat.1.x / (3.0 * PI * 2.0) - 1.0).abs() < 1e-4);
     }
 

@@ -94,13 +94,13 @@ fn volume_of_box(&[low, high]: &[Vec3; 2]) -> f64 {
 /// The part that each becomes one with: what is open with the first that is, a cavity with the smallest solid around it.
 fn owners(parts: &[Solid]) -> Vec<usize> {
     let mut into: Vec<usize> = (0..parts.len()).collect();
-    let of = |is_wanted: fn(&Solid) -> bool| -> Vec<usize> {
+    let parts_where = |is_wanted: fn(&Solid) -> bool| -> Vec<usize> {
         (0..parts.len()).filter(|&part| is_wanted(&parts[part])).collect()
     };
-    let open = of(|part| part.is_open);
+    let open = parts_where(|part| part.is_open);
     open.iter().for_each(|&part| into[part] = open[0]);
-    let cavities = of(|part| !part.is_open && part.volume < 0.0);
-    let mut solids = of(|part| !part.is_open && part.volume >= 0.0);
+    let cavities = parts_where(|part| !part.is_open && part.volume < 0.0);
+    let mut solids = parts_where(|part| !part.is_open && part.volume >= 0.0);
     solids.sort_by(|&a, &b| parts[a].size.total_cmp(&parts[b].size));
     if cavities.len().saturating_mul(solids.len()) > MAX_PAIRS {
         cavities.iter().chain(&solids).for_each(|&part| into[part] = cavities[0]);

@@ -69,14 +69,14 @@ mod tests {
             material: u32::MAX,
             ..HistoryPoint::default()
         };
-        let of = |samples, radius| {
+        let history_bytes = |samples, radius| {
             [point, HistoryPoint { samples, radius, ..point }]
                 .map(|point| bytemuck::bytes_of(&point).to_vec())
                 .concat()
         };
-        assert!(is_finite("history_points", &of(1.0, 2.0)));
-        assert!(!is_finite("history_points", &of(f32::NAN, 2.0)));
-        assert!(!is_finite("history_points", &of(1.0, f32::NEG_INFINITY)));
+        assert!(is_finite("history_points", &history_bytes(1.0, 2.0)));
+        assert!(!is_finite("history_points", &history_bytes(f32::NAN, 2.0)));
+        assert!(!is_finite("history_points", &history_bytes(1.0, f32::NEG_INFINITY)));
         let photon = ValidationPhoton { instance: u32::MAX, ..ValidationPhoton::default() };
         assert!(is_finite("validation_photons", bytemuck::bytes_of(&photon)));
         let balance = Balance { light_paths: u32::MAX, ..Balance::default() };

@@ -81,18 +81,18 @@ fn executables(context: &Context, pipeline: vk::Pipeline) -> Result<Vec<Executab
     executables.collect()
 }
 
-fn statistic(of: &vk::PipelineExecutableStatisticKHR<'_>) -> Statistic {
+fn statistic(raw: &vk::PipelineExecutableStatisticKHR<'_>) -> Statistic {
     use vk::PipelineExecutableStatisticFormatKHR as Format;
     // SAFETY: the driver wrote the member that the format names.
     let value = unsafe {
-        match of.format {
-            Format::BOOL32 => StatisticValue::Flag(of.value.b32 == vk::TRUE),
-            Format::INT64 => StatisticValue::Integer(of.value.i64),
-            Format::FLOAT64 => StatisticValue::Number(of.value.f64),
-            _ => StatisticValue::Count(of.value.u64),
+        match raw.format {
+            Format::BOOL32 => StatisticValue::Flag(raw.value.b32 == vk::TRUE),
+            Format::INT64 => StatisticValue::Integer(raw.value.i64),
+            Format::FLOAT64 => StatisticValue::Number(raw.value.f64),
+            _ => StatisticValue::Count(raw.value.u64),
         }
     };
-    Statistic { name: text(of.name_as_c_str()), value }
+    Statistic { name: text(raw.name_as_c_str()), value }
 }
 
 fn text<E>(name: Result<&CStr, E>) -> String {

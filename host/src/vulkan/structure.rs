@@ -129,9 +129,11 @@ impl Hierarchy {
 
     /// Says which instances the next build of the top level has. The device must not be at work.
     pub fn set_instances(&mut self, tlas_instances: &[TlasInstance]) -> Result<(), VulkanError> {
-        let rows = self.instances.mapped_or_fail()?;
-        for (row, tlas_instance) in rows.as_chunks_mut::<INSTANCE_BYTES>().0.iter_mut().zip(tlas_instances) {
-            *row = instance(tlas_instance, self.bottoms[tlas_instance.part].structure.address);
+        let records = self.instances.mapped_or_fail()?;
+        for (record, tlas_instance) in
+            records.as_chunks_mut::<INSTANCE_BYTES>().0.iter_mut().zip(tlas_instances)
+        {
+            *record = instance(tlas_instance, self.bottoms[tlas_instance.part].structure.address);
         }
         self.instance_count = tlas_instances.len() as u32;
         Ok(())

@@ -93,11 +93,12 @@ fn time_and_error_of_every_history_and_frame_are_there() {
             for frame in frames {
                 // The first frame has none before it.
                 let is_missing =
-                    [&FLICKER, &FLICKER_CAUSTICS].map(|of| of.key).contains(&measure.key) && frame.frame == 0;
+                    [&FLICKER, &FLICKER_CAUSTICS].map(|flicker| flicker.key).contains(&measure.key)
+                        && frame.frame == 0;
                 assert_eq!(frame.get(measure).is_none(), is_missing, "{} of {frame:?}", measure.key);
             }
         }
-        let passes: f64 = time.pass_ms.values().map(|of| of.lower).sum();
+        let passes: f64 = time.pass_ms.values().map(|ms| ms.lower).sum();
         assert!(passes > 0.0 && passes <= time.total_ms.upper, "{passes} of {:?}", time.total_ms);
         assert_eq!(time.memory_bytes["caustic_radiance"], 40 * 24 * 12);
         let cost = &time.costs["collect"];
@@ -111,7 +112,7 @@ fn time_and_error_of_every_history_and_frame_are_there() {
     let lines = |name: &str| std::fs::read_to_string(desk.path("out").join(name)).unwrap().lines().count();
     assert_eq!(lines("cells.csv"), 1 + results.len());
     assert_eq!(lines("frames.csv"), 1 + 3 * results.len());
-    let passes: usize = results.iter().map(|of| of.time.as_ref().unwrap().pass_ms.len()).sum();
+    let passes: usize = results.iter().map(|result| result.time.as_ref().unwrap().pass_ms.len()).sum();
     assert_eq!(lines("passes.csv"), 1 + passes);
 }
 
@@ -134,8 +135,8 @@ fn cells_of_all_axes_are_measured() {
     assert_eq!(results.len(), 2 * (2 + 1));
     for CellResult { identity, cell, time, provenance, .. } in &results {
         let time = time.as_ref().unwrap();
-        for of in time.pass_ms.values().chain([&time.total_ms]) {
-            assert!(of.lower <= of.median && of.median <= of.upper, "{identity}: {of:?}");
+        for ms in time.pass_ms.values().chain([&time.total_ms]) {
+            assert!(ms.lower <= ms.median && ms.median <= ms.upper, "{identity}: {ms:?}");
         }
         assert_eq!((time.width, time.height, time.frames), (40, 24, 5));
         assert_eq!(time.first, "basic-none-photons-grid-scene");
@@ -147,8 +148,9 @@ fn cells_of_all_axes_are_measured() {
         assert_eq!(time.memory_bytes["display_color"], 40 * 24 * 12);
         assert!(provenance.device.starts_with("CPU") && provenance.unix_s > 1_700_000_000);
     }
-    let is_first =
-        |of: &&CellResult| of.cell.text(&GATHER) == "photons-grid" && of.cell.text(&FEATURES) == "scene";
+    let is_first = |result: &&CellResult| {
+        result.cell.text(&GATHER) == "photons-grid" && result.cell.text(&FEATURES) == "scene"
+    };
     let first = results.iter().find(is_first).unwrap();
     assert_eq!(first.time.as_ref().unwrap().ratio_to_first, Some(1.0));
     assert!(stdout.contains("path-none-all") && stdout.contains(" gather.brute"), "{stdout}");
@@ -218,7 +220,8 @@ fn references_are_kept_and_damaged_ones_made_anew() {
     assert!(!other("--exposure", "1").contains("reference"));
     assert!(other("--max-bounces", "4").contains("reference 1 of 1 rendered"));
     assert!(other("--specular-roughness", "0.3").contains("reference 1 of 1 rendered"));
-    let flips: Vec<_> = desk.results().iter().map(|of| of.error.clone().unwrap().values["flip"]).collect();
+    let flips: Vec<_> =
+        desk.results().iter().map(|result| result.error.clone().unwrap().values["flip"]).collect();
     assert!(flips.len() == 4 && flips.iter().any(|flip| *flip != first["flip"]), "{flips:?}");
 }
 
@@ -325,7 +328,7 @@ fn finished_cells_are_kept_and_others_measured() {
     assert!(run(&["--history", "none,paper"]).contains("2 cells, 1 to measure"));
     assert!(run(&["--seed", "1"]).contains("1 cells, 1 to measure"));
     let results = desk.results();
-    assert!(results.len() == 3 && results.iter().any(|of| of.cell.text(&HISTORY) == "paper"));
+    assert!(results.len() == 3 && results.iter().any(|result| result.cell.text(&HISTORY) == "paper"));
     // A result that is no result is named.
     std::fs::write(store::file(&desk.path("out"), &whole[0].identity), "mine\n").unwrap();
     assert!(run(&[]).contains("1 cells, 1 to measure"));
@@ -339,12 +342,18 @@ fn without_a_folder_there_is_a_table_only() {
     let (code, stdout, stderr) = desk.try_bench(&run);
     assert_eq!(code, 0, "{stderr}");
     let results: Vec<CellResult> = serde_json::from_str(&stdout).unwrap();
-    let bounces = |of: &CellResult| of.cell.number(&MAX_BOUNCES);
-    let mut settings: Vec<_> = results.iter().map(|of| (bounces(of), of.cell.number(&RADIUS_PX))).collect();
+    let bounces = |result: &CellResult| result.cell.number(&MAX_BOUNCES);
+    let mut settings: Vec<_> =
+        results.iter().map(|result| (bounces(result), result.cell.number(&RADIUS_PX))).collect();
     settings.sort_by(|a, b| a.partial_cmp(b).unwrap());
     assert_eq!(settings, [(3.0, 1.0), (3.0, 2.0), (5.0, 1.0), (5.0, 2.0)]);
     let rays = |wanted: f64| {
-        results.iter().find(|of| bounces(of) == wanted).and_then(|of| of.time.clone()).unwrap().rays
+        results
+            .iter()
+            .find(|result| bounces(result) == wanted)
+            .and_then(|result| result.time.clone())
+            .unwrap()
+            .rays
     };
     assert!(rays(5.0) > rays(3.0), "each cell has its own settings");
     let left = desk.0.path().read_dir().unwrap().count();

@@ -88,14 +88,14 @@ fn every_cell_is_in_its_charts_and_files() {
     let cells = fixture::write(&desk.path("results"));
     let (_, page) = desk.page(&["results"]);
     for (slug, scene) in [("mirror-room", "mirror-room"), ("moving-b-glass", fixture::ROUGH)] {
-        for (measure, of) in [
+        for (measure, value) in [
             ("flip", (|cell| cell.error.as_ref()?.get(&FLIP)) as fn(&CellResult) -> Option<f64>),
             ("relmse", |cell| cell.error.as_ref()?.get(&RELMSE)),
             ("flip-caustics", |cell| cell.error.as_ref()?.get(&FLIP_CAUSTICS)),
         ] {
             let expected: BTreeSet<&str> = cells
                 .iter()
-                .filter(|cell| cell.cell.scene == scene && of(cell).is_some())
+                .filter(|cell| cell.cell.scene == scene && value(cell).is_some())
                 .map(|cell| cell.identity.as_str())
                 .collect();
             assert!(expected.len() > 30);

@@ -88,12 +88,12 @@ fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
     // The path tracer is one cell a number of bounces, whatever is gathered. The second matrix adds only what moves.
     let still = 2 * (software * 2 * 2 * 2 + 1);
     let lines: Vec<&str> = stdout.lines().filter(|line| line.starts_with("missing")).collect();
-    let of = |scene: &str| lines.iter().filter(|line| line.contains(scene)).count();
+    let missing = |scene: &str| lines.iter().filter(|line| line.contains(scene)).count();
     if !stderr.contains("runner auto: there is no Vulkan") && !stderr.contains("runner auto: no Vulkan") {
         eprintln!("skipped: with a GPU, auto is another runner");
         return;
     }
-    assert_eq!((of("mirror-room"), of("moving-caster")), (still, 2), "{stdout}");
+    assert_eq!((missing("mirror-room"), missing("moving-caster")), (still, 2), "{stdout}");
     assert_eq!(lines.iter().collect::<BTreeSet<_>>().len(), lines.len());
     // One for each number of bounces of the still scene, one for each frame of the other.
     let last = stdout.lines().last().unwrap();
@@ -218,8 +218,11 @@ fn shards_are_disjoint_and_merge_to_the_whole() {
     assert!(code == 0 && stderr.contains("part 2 of 2"), "{stderr}");
     assert!(identities("one").is_disjoint(&identities("two")));
     // All ratios are to one cell, whichever shard has it.
-    let firsts: BTreeSet<String> =
-        ["one", "two"].iter().flat_map(|dir| desk.results(dir)).map(|of| of.time.unwrap().first).collect();
+    let firsts: BTreeSet<String> = ["one", "two"]
+        .iter()
+        .flat_map(|dir| desk.results(dir))
+        .map(|result| result.time.unwrap().first)
+        .collect();
     assert_eq!(firsts.len(), 1);
     let (_, stderr) = desk.sweep(&["--merge", "one", "two", "-o", "both"]);
     assert_eq!(identities("both"), identities("whole"), "{stderr}");
@@ -244,13 +247,14 @@ fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
     )));
     desk.sweep(&["e.toml", "-o", "out"]);
     let results = desk.results("out");
-    let of = |history: &str, paths: f64| {
-        let is =
-            |of: &&CellResult| of.cell.text(&HISTORY) == history && of.cell.number(&PATHS_PER_PIXEL) == paths;
-        results.iter().find(is).and_then(|of| of.error.clone()).unwrap()
+    let error = |history: &str, paths: f64| {
+        let is = |result: &&CellResult| {
+            result.cell.text(&HISTORY) == history && result.cell.number(&PATHS_PER_PIXEL) == paths
+        };
+        results.iter().find(is).and_then(|result| result.error.clone()).unwrap()
     };
     // 32 times the paths: a 32nd of the variance; what is left of it is bias of the radius, so a quarter is asked for.
-    let (few, many) = (of("none", 0.125), of("none", 4.0));
+    let (few, many) = (error("none", 0.125), error("none", 4.0));
     assert!(
         many.get(&RELMSE_CAUSTICS).unwrap() < few.get(&RELMSE_CAUSTICS).unwrap() / 4.0,
         "{few:?} {many:?}"
@@ -258,13 +262,14 @@ fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
     // FLIP is no witness: it calls missing caustics a smaller error than speckled ones.
     assert!(many.get(&CAUSTICS_VARIANCE).unwrap() < few.get(&CAUSTICS_VARIANCE).unwrap() / 8.0);
     // The mean of three frames has less noise than one.
-    let kept = of("validated", 0.125);
+    let kept = error("validated", 0.125);
     assert!(
         kept.get(&RELMSE_CAUSTICS).unwrap() < 0.8 * few.get(&RELMSE_CAUSTICS).unwrap(),
         "{kept:?} {few:?}"
     );
     // All share one reference.
-    let references: BTreeSet<_> = results.iter().map(|of| of.error.clone().unwrap().reference).collect();
+    let references: BTreeSet<_> =
+        results.iter().map(|result| result.error.clone().unwrap().reference).collect();
     assert_eq!(references.len(), 1);
 }
 
@@ -277,12 +282,13 @@ fn the_method_of_the_reference_comes_near_it_and_few_paths_do_not() {
     desk.sweep(&["e.toml", "-o", "out"]);
     let results = desk.results("out");
     assert_eq!(results.len(), 3, "path tracing shoots no light paths");
-    let of = |method: &str, paths: f64| {
-        let is =
-            |of: &&CellResult| of.cell.text(&METHOD) == method && of.cell.number(&PATHS_PER_PIXEL) == paths;
-        results.iter().find(is).and_then(|of| of.error.clone()).unwrap()
+    let error = |method: &str, paths: f64| {
+        let is = |result: &&CellResult| {
+            result.cell.text(&METHOD) == method && result.cell.number(&PATHS_PER_PIXEL) == paths
+        };
+        results.iter().find(is).and_then(|result| result.error.clone()).unwrap()
     };
-    let (few, own, path) = (of("progressive", 0.125), of("progressive", 64.0), of("path", 0.0));
+    let (few, own, path) = (error("progressive", 0.125), error("progressive", 64.0), error("path", 0.0));
     // 512 times the paths: a 22nd of the noise; half of its FLIP leaves room for what the radii blur.
     assert!(own.get(&FLIP_CAUSTICS).unwrap() < few.get(&FLIP_CAUSTICS).unwrap() / 2.0, "{own:?} {few:?}");
     assert!(
@@ -300,9 +306,9 @@ fn scenes_that_move_are_measured_frame_by_frame() {
     desk.sweep(&["e.toml", "-o", "out"]);
     let results = desk.results("out");
     let [CellResult { frames, error, time, .. }] = results.as_slice() else { panic!("{results:?}") };
-    assert_eq!(frames.iter().map(|of| of.frame).collect::<Vec<_>>(), [0, 1, 2]);
-    assert!(frames.iter().all(|of| of.total_ms.is_some() && of.get(&FLIP).is_some()), "{frames:?}");
-    let mean = frames.iter().map(|of| of.get(&FLIP).unwrap()).sum::<f64>() / 3.0;
+    assert_eq!(frames.iter().map(|frame| frame.frame).collect::<Vec<_>>(), [0, 1, 2]);
+    assert!(frames.iter().all(|frame| frame.total_ms.is_some() && frame.get(&FLIP).is_some()), "{frames:?}");
+    let mean = frames.iter().map(|frame| frame.get(&FLIP).unwrap()).sum::<f64>() / 3.0;
     assert!((mean - error.as_ref().unwrap().get(&FLIP).unwrap()).abs() < 1e-12);
     assert_eq!(time.as_ref().unwrap().frames, 3);
 }

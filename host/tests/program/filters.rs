@@ -106,7 +106,7 @@ fn means(folder: &Path, options: &[&str], first: usize) -> [[f64; 2]; 2] {
         .map(|seed| render(folder, &[&["--seed", &seed.to_string()], options].concat()).0)
         .collect();
     let middle = |id: usize| [id % SIZE, id / SIZE].iter().all(|at| (12..20).contains(at));
-    let of = |is_in: &dyn Fn(usize) -> bool| {
+    let estimate = |is_in: &dyn Fn(usize) -> bool| {
         let mean = |image: &Vec<f32>| {
             let values: Vec<f64> =
                 image.iter().enumerate().filter(|&(id, _)| is_in(id)).map(|(_, &v)| v.into()).collect();
@@ -117,7 +117,7 @@ fn means(folder: &Path, options: &[&str], first: usize) -> [[f64; 2]; 2] {
         let square = of_runs.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
         [mean, (square / (SEEDS * (SEEDS - 1)) as f64).sqrt()]
     };
-    [of(&middle), of(&|_| true)]
+    [estimate(&middle), estimate(&|_| true)]
 }
 
 /// Standard errors between two means.

@@ -258,9 +258,9 @@ fn merged_references_weigh_by_samples() {
     let [a, b, ab] = ["a.exr", "b.exr", "ab.exr"].map(|file| channels(folder.path(), file));
     let close = |x: f32, y: f32| (x - y).abs() <= 1e-6 * x.abs().max(y.abs());
     for pixel in 0..32 * 18 {
-        let of = |name: &str| [&a, &b, &ab].map(|image| image.channels[name][pixel]);
-        let [mean_a, mean_b, mean] = of("R");
-        let [variance_a, variance_b, variance] = of("variance.R");
+        let values = |name: &str| [&a, &b, &ab].map(|image| image.channels[name][pixel]);
+        let [mean_a, mean_b, mean] = values("R");
+        let [variance_a, variance_b, variance] = values("variance.R");
         assert!(close(mean, 0.25 * mean_a + 0.75 * mean_b));
         assert!(close(variance, 0.0625 * variance_a + 0.5625 * variance_b));
     }

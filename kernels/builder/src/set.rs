@@ -17,8 +17,8 @@ pub struct Sources {
 impl Sources {
     /// Those of the sources below `kernels` as they are now.
     pub fn now(kernels: &Path) -> std::io::Result<Sources> {
-        let of = |sources: &[&str]| fingerprint::fingerprint(kernels, sources);
-        Ok(Sources { all: of(&KERNELS)?, interface: of(&INTERFACE)? })
+        let hash = |sources: &[&str]| fingerprint::fingerprint(kernels, sources);
+        Ok(Sources { all: hash(&KERNELS)?, interface: hash(&INTERFACE)? })
     }
 }
 

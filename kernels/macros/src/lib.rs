@@ -16,7 +16,7 @@
 //!     let mut caustic = Vec3::ZERO;
 //!     if point.exists() {
 //!         let (sum, _) = GatheredSum::read(accumulator, pixel, params.quantum);
-//!         caustic = radiance(point, &point_shading[pixel as usize], sum);
+//!         caustic = estimate_radiance(point, &point_shading[pixel as usize], sum);
 //!     }
 //!     caustic_radiance.write(pixel, caustic);
 //! }

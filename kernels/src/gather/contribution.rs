@@ -1,4 +1,5 @@
-//! Which photons a collection point takes, and how much each gives.
+//! Photon density estimation at a collection point: the photons that its disc holds, and BSDF times flux of each. `resolve` divides
+//! the sum by the area of the disc, pi R^2.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -66,7 +67,7 @@ impl Receiver {
         Receiver { frame, surface }
     }
 
-    /// What a photon gives to it: f(viewer, light) times its flux (W/sr).
+    /// Returns BSDF times flux of a photon: f(viewer, light) times its flux (W/sr).
     #[inline(always)]
     pub fn contribution(&self, photon: &PhotonLight) -> Vec3 {
         // What arrives is above the face.
@@ -75,7 +76,7 @@ impl Receiver {
     }
 }
 
-/// What a photon gives to a point: f(viewer, light) times its flux (W/sr).
+/// Returns BSDF times flux of a photon at a point: f(viewer, light) times its flux (W/sr).
 #[inline(always)]
 pub fn contribution(
     shading: &PointShading,

@@ -209,7 +209,7 @@ mod tests {
     fn keys_are_in_the_order_of_numbers() {
         let values = [f32::NEG_INFINITY, -3.0e5, -1.0e-30, 0.0, 2.0e-40, 1.0, f32::INFINITY];
         assert!(values.windows(2).all(|pair| key(pair[0]) < key(pair[1])));
-        assert!(values.iter().all(|&of| value(key(of)) == of && key(of) > 0));
+        assert!(values.iter().all(|&number| value(key(number)) == number && key(number) > 0));
     }
 
     #[test]

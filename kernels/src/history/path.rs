@@ -47,22 +47,22 @@ use spirv_std::num_traits::Float;
 #[cfg(not(target_arch = "spirv"))]
 pub const KEPT: [&str; 4] = ["path_points", "path_light", "path_square", "path_brightness"];
 
-/// Before a frame, if something moved, and with the settings of the frame before it: paths that are traced again.
+/// Steps before a frame after something moved, with the parameters of the frame before it: they trace some of its paths again.
 #[cfg(not(target_arch = "spirv"))]
-pub fn look_back(params: &FrameParams) -> Vec<Step> {
+pub fn retrace_steps(params: &FrameParams) -> Vec<Step> {
     vec![Step::new(&PATH_RETRACE, params)]
 }
 
-/// Once a frame, after `collect`.
+/// Steps of a frame after `collect`: they find the path-traced light of the last frame for each collection point.
 #[cfg(not(target_arch = "spirv"))]
-pub fn reproject(params: &FrameParams) -> Vec<Step> {
+pub fn reproject_steps(params: &FrameParams) -> Vec<Step> {
     let judge = (params.moved != 0).then(|| Step::new(&PATH_JUDGE, params));
     judge.into_iter().chain([Step::new(&PATH_REPROJECT, params)]).collect()
 }
 
 /// Once a frame, when what this frame found is final.
 #[cfg(not(target_arch = "spirv"))]
-pub fn blend(params: &FrameParams) -> Vec<Step> {
+pub fn blend_steps(params: &FrameParams) -> Vec<Step> {
     vec![Step::new(&PATH_BLEND, params)]
 }
 

@@ -69,7 +69,7 @@ pub fn blend(
     }
     let (sum, _) = GatheredSum::read(accumulator, pixel, params.quantum);
     // Without history the image is that of `resolve`, to the bit.
-    out.radiance = resolve::radiance(point, shading, sum);
+    out.radiance = resolve::estimate_radiance(point, shading, sum);
     let fresh = (sum / point.radius) / (PI * point.radius);
 
     let mut reflectance = Vec3::ONE;

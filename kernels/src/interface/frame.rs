@@ -161,14 +161,14 @@ impl FrameParams {
 
     /// Sums over the pixels so many to each side of a pixel, as far as there are.
     #[inline(always)]
-    pub fn sum_around(&self, pixel: u32, side: u32, of: impl Fn(u32) -> Vec2) -> Vec2 {
+    pub fn sum_around(&self, pixel: u32, side: u32, value: impl Fn(u32) -> Vec2) -> Vec2 {
         let (column, row) = (pixel % self.width, pixel / self.width);
         let mut sum = Vec2::ZERO;
         let mut y = row.max(side) - side;
         while y <= (row + side).min(self.height - 1) {
             let mut x = column.max(side) - side;
             while x <= (column + side).min(self.width - 1) {
-                sum += of(y * self.width + x);
+                sum += value(y * self.width + x);
                 x += 1;
             }
             y += 1;

@@ -17,7 +17,7 @@ use crate::light::mixture::{EmissionContext, EmissionDirection, EmissionMixture,
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
-use crate::pass::shoot::receive::{Receive, Store};
+use crate::pass::shoot::photon_sink::{PhotonSink, PhotonStore};
 use crate::platform::{AtomicWords, Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec3, Vec4};
@@ -56,7 +56,7 @@ pub fn light(
     };
     let mut photons = Photons {
         stores: shoots || aims || guides,
-        store: Store {
+        store: PhotonStore {
             geometry: photon_geometry,
             light: photon_light,
             state: photon_state,
@@ -107,13 +107,13 @@ impl EmissionMixture for Starts<'_> {
     #[inline(always)]
     fn light(&self, u_position: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Self::Choice) {
         let mut choice = Self::Choice::default();
-        let row;
+        let light_id;
         if self.guides {
-            (row, choice.1) = self.guided.light(u_position, numbers, rng);
+            (light_id, choice.1) = self.guided.light(u_position, numbers, rng);
         } else {
-            (row, choice.0) = self.aimed.light(u_position, numbers, rng);
+            (light_id, choice.0) = self.aimed.light(u_position, numbers, rng);
         }
-        (row, choice)
+        (light_id, choice)
     }
 
     #[inline(always)]
@@ -148,11 +148,11 @@ impl EmissionMixture for Starts<'_> {
 /// Receivers, of which one receives.
 struct Photons<'a> {
     stores: bool,
-    store: Store<'a>,
+    store: PhotonStore<'a>,
     compare: Compare<'a>,
 }
 
-impl Receive for Photons<'_> {
+impl PhotonSink for Photons<'_> {
     type PathState = u32;
 
     #[inline(always)]
@@ -163,11 +163,11 @@ impl Receive for Photons<'_> {
     }
 
     #[inline(always)]
-    fn receive(&mut self, path_state: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
+    fn store_photon(&mut self, path_state: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
         if self.stores {
-            self.store.receive(path_state, geometry, light);
+            self.store.store_photon(path_state, geometry, light);
         } else {
-            self.compare.receive(path_state, geometry, light);
+            self.compare.store_photon(path_state, geometry, light);
         }
     }
 }

@@ -80,8 +80,8 @@ pub struct Group {
 
 /// Share of the power of the rows before this one.
 #[inline(always)]
-fn power_below(lights: &[Light], params: &FrameParams, row: u32) -> f32 {
-    if row < params.light_count { lights[row as usize].power_below } else { 1.0 }
+fn power_below(lights: &[Light], params: &FrameParams, light_id: u32) -> f32 {
+    if light_id < params.light_count { lights[light_id as usize].power_below } else { 1.0 }
 }
 
 impl Group {
@@ -95,16 +95,16 @@ impl Group {
         Group { first, end, below, power: power_below(lights, params, end) - below }
     }
 
-    /// The index of the group of a row.
+    /// Index of the group of a light.
     #[inline(always)]
-    fn index_at(row: u32, params: &FrameParams) -> u32 {
-        row * group_count(params) / params.light_count
+    fn index_at(light_id: u32, params: &FrameParams) -> u32 {
+        light_id * group_count(params) / params.light_count
     }
 
-    /// The row that a uniform number falls into, by power.
+    /// Samples a light of the group by power.
     #[inline(always)]
-    fn row_at(&self, lights: &[Light], u: f32) -> u32 {
-        // Differences of a row that is as long as all power have all their bits, sums would be rounded onto rows without power.
+    fn light_at(&self, lights: &[Light], u: f32) -> u32 {
+        // Differences of a range that is as long as all power have all their bits, sums would be rounded onto lights without power.
         let at = u * self.power;
         let (mut low, mut high) = (self.first, self.end);
         while low + 1 < high {
@@ -118,10 +118,10 @@ impl Group {
         low
     }
 
-    /// Probability of a row by `row_at`.
+    /// Probability of a light by `light_at`.
     #[inline(always)]
-    fn probability(&self, lights: &[Light], params: &FrameParams, row: u32) -> f32 {
-        let power = power_below(lights, params, row + 1) - power_below(lights, params, row);
+    fn probability(&self, lights: &[Light], params: &FrameParams, light_id: u32) -> f32 {
+        let power = power_below(lights, params, light_id + 1) - power_below(lights, params, light_id);
         if self.power > 0.0 { power / self.power } else { 0.0 }
     }
 }
@@ -203,7 +203,7 @@ impl Guided<'_> {
     /// The first map of the group of a start.
     #[inline(always)]
     fn first(&self, context: &EmissionContext) -> u32 {
-        Group::index_at(context.row, self.power.params) * maps_of_group(self.power.params)
+        Group::index_at(context.light_id, self.power.params) * maps_of_group(self.power.params)
     }
 }
 
@@ -215,18 +215,18 @@ impl EmissionMixture for Guided<'_> {
         let ByPower { scene, params, .. } = self.power;
         let more = rng.next4();
         let (by_power, known) = (numbers.w < BY_POWER, numbers.w >= BY_POWER + EVENLY);
-        let (row, chosen);
+        let (light_id, chosen);
         if known {
             let map = self.map_at((numbers.w - (BY_POWER + EVENLY)) / KNOWN);
             chosen = map % maps_of_group(params);
-            row = Group::new(scene.lights, params, map / maps_of_group(params))
-                .row_at(scene.lights, u_position.x);
+            light_id = Group::new(scene.lights, params, map / maps_of_group(params))
+                .light_at(scene.lights, u_position.x);
         } else {
             let evenly = (numbers.w - BY_POWER) / EVENLY * maps_of_group(params) as f32;
             chosen = if by_power { NONE } else { (evenly as u32).min(params.casters.count) };
-            row = choose(scene.lights, params.light_count, u_position.x, u_position.y);
+            light_id = choose(scene.lights, params.light_count, u_position.x, u_position.y);
         }
-        (row, GuidingChoice { chosen, known, within: Vec2::new(more.x, more.y), own: Vec2::ZERO })
+        (light_id, GuidingChoice { chosen, known, within: Vec2::new(more.x, more.y), own: Vec2::ZERO })
     }
 
     #[inline(always)]
@@ -289,8 +289,9 @@ impl EmissionMixture for Guided<'_> {
             }
             caster += 1;
         }
-        let group = Group::new(scene.lights, params, Group::index_at(context.row, params));
-        let ratio = group.probability(scene.lights, params, context.row) / context.light.pdf_light_choice;
+        let group = Group::new(scene.lights, params, Group::index_at(context.light_id, params));
+        let ratio =
+            group.probability(scene.lights, params, context.light_id) / context.light.pdf_light_choice;
         let sample = emission.sample.over(emission.pdf, BY_POWER, evenly + guided * ratio);
         let mut score = 0.0;
         // A group so dim that its power is none is never sampled from maps, and learns nothing.
@@ -321,9 +322,9 @@ mod tests {
     fn rows_are_drawn_as_often_as_their_density_says() {
         let mut lights = Vec::new();
         let mut below = 0.0;
-        for row in 0..400_u32 {
+        for light_id in 0..400_u32 {
             lights.push(Light { power_below: below as f32, ..Light::default() });
-            below += if row == 0 { 1.0 - 4.0e-5 } else { 1.0e-7 * f64::from(row % 3) };
+            below += if light_id == 0 { 1.0 - 4.0e-5 } else { 1.0e-7 * f64::from(light_id % 3) };
         }
         let params = FrameParams { light_count: lights.len() as u32, ..FrameParams::default() };
         let (mut dim, mut without) = (0, 0);
@@ -332,17 +333,17 @@ mod tests {
             let samples = 1 << 16;
             let mut sampled = vec![0; lights.len()];
             for sample in 0..samples {
-                sampled[group.row_at(&lights, (sample as f32 + 0.5) / samples as f32) as usize] += 1;
+                sampled[group.light_at(&lights, (sample as f32 + 0.5) / samples as f32) as usize] += 1;
             }
             let mut all = 0.0;
-            for row in group.first..group.end {
-                let probability = group.probability(&lights, &params, row);
-                let found = sampled[row as usize] as f32 / samples as f32;
+            for light_id in group.first..group.end {
+                let probability = group.probability(&lights, &params, light_id);
+                let found = sampled[light_id as usize] as f32 / samples as f32;
                 assert!(
                     (found - probability).abs() <= 2.0 / samples as f32,
-                    "{index}, {row}: {found}, {probability}"
+                    "{index}, {light_id}: {found}, {probability}"
                 );
-                assert!(probability > 0.0 || found == 0.0, "{row} is sampled");
+                assert!(probability > 0.0 || found == 0.0, "{light_id} is sampled");
                 all += probability;
                 dim += u32::from(probability > 0.0);
                 without += u32::from(probability == 0.0);

@@ -112,15 +112,15 @@ impl LightCandidates {
         }
         let mut u = u + SHIFT * number as f32;
         u -= u.floor();
-        let mut row = number;
+        let mut light_id = number;
         if !self.is_all {
-            row = if self.probability > 0.0 {
+            light_id = if self.probability > 0.0 {
                 ((u.x * light_count as f32) as u32).min(light_count - 1)
             } else {
                 choose(scene.lights, light_count, u.x, u.y)
             };
         }
-        let light = &scene.lights[row as usize];
+        let light = &scene.lights[light_id as usize];
         let gain = self.gain(light);
         let light_sample = sample_light(light, scene, features, position, u.z, u.w);
         LightSample {

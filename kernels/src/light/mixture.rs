@@ -17,7 +17,7 @@ pub trait EmissionMixture {
     fn mixes(&self) -> bool {
         true
     }
-    /// The row of the light that a path starts from, by the numbers of `sample_emission`, and more where they do not suffice.
+    /// Light that a path starts from, by the numbers of `sample_emission`, and more where they do not suffice.
     fn light(&self, u_position: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, Self::Choice);
     /// Samples an emission direction from a position.
     fn sample_direction(&self, choice: &mut Self::Choice, context: &EmissionContext) -> EmissionDirection;
@@ -35,7 +35,7 @@ pub trait EmissionMixture {
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionContext {
     /// Row of its light.
-    pub row: u32,
+    pub light_id: u32,
     /// Its light; of an environment, the parallel light of a direction.
     pub light: Light,
     /// The position on it (m).
@@ -67,13 +67,14 @@ impl EmissionDirection {
 pub fn start<A: EmissionMixture>(mixture: &A, power: &ByPower<'_>, rng: &mut Rng) -> EmissionSample {
     let ByPower { scene, features, .. } = *power;
     let (mut u_position, numbers) = (rng.next4(), rng.next4());
-    let (row, mut choice) = mixture.light(u_position, numbers, rng);
-    let mut light = scene.lights[row as usize];
+    let (light_id, mut choice) = mixture.light(u_position, numbers, rng);
+    let mut light = scene.lights[light_id as usize];
     let (mut position, mut direction) = (Vec3::ZERO, EmissionDirection::BY_POWER);
     if mixture.mixes() {
-        (light, u_position) = sample_environment(scene, features, row, u_position, numbers);
+        (light, u_position) = sample_environment(scene, features, light_id, u_position, numbers);
         position = sample_position(&light, scene, features, u_position);
-        direction = mixture.sample_direction(&mut choice, &EmissionContext { row, light, position, numbers });
+        direction =
+            mixture.sample_direction(&mut choice, &EmissionContext { light_id, light, position, numbers });
     }
     let (mut sample, mut at) = (EmissionSample::NONE, direction.at);
     if !direction.is_chosen {
@@ -82,7 +83,8 @@ pub fn start<A: EmissionMixture>(mixture: &A, power: &ByPower<'_>, rng: &mut Rng
     }
     if mixture.mixes() {
         let emission = eval_emission(&light, scene, features, u_position, at);
-        sample = mixture.weigh(&choice, &EmissionContext { row, light, position, numbers }, at, &emission);
+        sample =
+            mixture.weigh(&choice, &EmissionContext { light_id, light, position, numbers }, at, &emission);
     }
     sample
 }

@@ -250,11 +250,11 @@ mod points {
             let mut cells = [[0u32; 16]; 6];
             for seed in 0..count {
                 let sequence = Sequence::moved(seed, 4, 1, 64);
-                let of = |pixel| {
+                let sequence = |pixel| {
                     let mut rng = Rng::new(Stream::Camera, seed, pixel, 1);
                     next4(&mut rng, &sequence)
                 };
-                let (u, beside) = (of(130), of(131));
+                let (u, beside) = (sequence(130), sequence(131));
                 sum += u - 0.5;
                 square += (u - 0.5) * (u - 0.5);
                 let pairs = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];

@@ -69,15 +69,15 @@ mod tests {
 
     #[test]
     fn solid_angles_are_known() {
-        let of = |[a, b, c]: [Vec3; 3]| SphericalTriangle::new(a, b, c).solid_angle;
-        assert!((of(CORNERS[0]) - 0.5 * PI).abs() < 1.0e-6);
+        let solid_angle = |[a, b, c]: [Vec3; 3]| SphericalTriangle::new(a, b, c).solid_angle;
+        assert!((solid_angle(CORNERS[0]) - 0.5 * PI).abs() < 1.0e-6);
         // Half of a square that is a side of a cube, seen from the middle.
         let half = [Vec3::new(-1.0, -1.0, 1.0), Vec3::new(1.0, -1.0, 1.0), Vec3::new(1.0, 1.0, 1.0)];
-        assert!((of(half) - PI / 3.0).abs() < 1.0e-6);
+        assert!((solid_angle(half) - PI / 3.0).abs() < 1.0e-6);
         // Area, cosine and distance of a small one.
         let tiny = [Vec3::new(3.0, 0.0, 4.0), Vec3::new(3.001, 0.0, 4.0), Vec3::new(3.0, 0.002, 4.0)];
         let expected = 1.0e-6 * 0.8 / 25.0;
-        assert!((of(tiny) / expected - 1.0).abs() < 1.0e-3, "{} {expected}", of(tiny));
+        assert!((solid_angle(tiny) / expected - 1.0).abs() < 1.0e-3, "{} {expected}", solid_angle(tiny));
     }
 
     /// The integral of the direction over a spherical triangle, by its edges [Lambert 1760].

@@ -32,13 +32,13 @@ pub fn frame_steps(
         Step::new(&COLLECT, params),
     ];
     if keeps_path {
-        steps.extend(path::reproject(params));
+        steps.extend(path::reproject_steps(params));
     }
     if bounds {
         steps.extend(bound(params));
     }
     if keeps_path {
-        steps.extend(path::blend(params));
+        steps.extend(path::blend_steps(params));
     }
     steps.extend((denoiser.steps)(params));
     // A history that follows the light has nothing to follow in the dark.
@@ -83,7 +83,7 @@ pub fn frame_steps(
 
 /// The steps before a frame before which something moved. They run with the settings of the last frame, in the scene of this one.
 pub fn look_back(parts: Parts, params: &FrameParams) -> Vec<Step> {
-    if parts.keeps_path { path::look_back(params) } else { Vec::new() }
+    if parts.keeps_path { path::retrace_steps(params) } else { Vec::new() }
 }
 
 /// Light paths whose photons the photon buffers hold.
@@ -140,9 +140,11 @@ pub fn over(over: Over, params: &FrameParams) -> Dispatch {
 
 fn step(gather: &'static Variant, stage: Stage, params: &FrameParams) -> Step {
     match stage {
-        Stage::Run(level, stage, of) => {
-            Step::Dispatch { pass: gather.index, stage, dispatch: Dispatch { level, ..over(of, params) } }
-        }
+        Stage::Run(level, stage, threads) => Step::Dispatch {
+            pass: gather.index,
+            stage,
+            dispatch: Dispatch { level, ..over(threads, params) },
+        },
         Stage::Clear(words) => Step::Clear { buffer: INDEX[words as usize] },
         Stage::Structure(side) => {
             let over = if side == Side::Points { Over::Pixels } else { Over::Photons };

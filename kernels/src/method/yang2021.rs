@@ -32,7 +32,7 @@ use crate::math::quanta::Quanta;
 use crate::method::frame::frame_steps;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::{Method, Parts};
-use crate::pass::shoot::receive::Receive;
+use crate::pass::shoot::photon_sink::PhotonSink;
 use crate::pass::shoot::shoot;
 use crate::platform::{AtomicWords, Atomics, Record, scratch};
 use crate::surface::class::Classes;
@@ -292,7 +292,7 @@ fn takes(point: &PointGeometry, photon: &PhotonGeometry, footprint: &Footprint, 
         && point.depth + photon.scatterings <= max_bounces
 }
 
-impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
+impl<A: Atomics, F: Atomics> PhotonSink for Spread<'_, A, F> {
     type PathState = ();
 
     #[inline(always)]
@@ -318,7 +318,7 @@ impl<A: Atomics, F: Atomics> Receive for Spread<'_, A, F> {
     }
 
     #[inline(always)]
-    fn receive(&mut self, _path_state: &mut (), geometry: PhotonGeometry, light: PhotonLight) {
+    fn store_photon(&mut self, _path_state: &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         let differential = self.path_state.differential();
         let footprint = Footprint::new(geometry.position, geometry.normal, &differential, self.params);
         if footprint.area_px == 0.0 {

@@ -19,7 +19,7 @@ use crate::interface::frame::FrameParams;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::seen::PixelSum;
 use crate::math::mean;
-use crate::pass::resolve::radiance;
+use crate::pass::resolve::estimate_radiance;
 use crate::pass::weigh::FADE;
 use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
@@ -70,7 +70,7 @@ pub fn balance_rows(
         let mut caustics = 0.0;
         if point.exists() {
             let (value, count) = GatheredSum::read(accumulator, pixel, params.quantum);
-            let light = mean(radiance(point, &point_shading[pixel as usize], value));
+            let light = mean(estimate_radiance(point, &point_shading[pixel as usize], value));
             // The sum of the squares of equal photons. What the camera chose is the same for all of them, so that its noise,
             // which no number of light paths lowers, is not in it.
             caustics = light * light / count.max(1) as f32;

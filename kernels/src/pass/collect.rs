@@ -21,6 +21,7 @@ use crate::interface::scene::SceneTables;
 use crate::light::area::pdf_solid_angle;
 use crate::light::environment;
 use crate::light::light_sampling::{ByClass, LightCandidates, LightSample, Reservoir};
+use crate::math::balance_heuristic;
 use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::offset;
@@ -398,7 +399,7 @@ pub fn follow<T: Tracer, O: PathObserver, C: Atomics>(
                     let square = hit.distance * hit.distance;
                     let pdf_light_sampling = pdf_solid_angle(&light, scene, features, from, square, cos)
                         * candidates_of(of_prefix).gain(&light);
-                    mis_weight = pdf_scattered / (pdf_scattered + pdf_light_sampling);
+                    mis_weight = balance_heuristic(pdf_scattered, pdf_light_sampling);
                 }
                 aside.add(Sum::Radiance, throughput * material.emission * mis_weight);
             }
@@ -636,7 +637,7 @@ fn environment(
     if pdf_scattered > 0.0 {
         let pdf_light_sampling =
             environment::pdf_solid_angle(&light, scene, ray.direction) * candidates.gain(&light);
-        mis_weight = pdf_scattered / (pdf_scattered + pdf_light_sampling);
+        mis_weight = balance_heuristic(pdf_scattered, pdf_light_sampling);
     }
     environment::radiance_from(scene, ray.direction) * mis_weight
 }
@@ -682,7 +683,7 @@ fn direct_light(
 fn mis_weighted(scattering: &ScatteringVertex, light_sample: &LightSample, class: Classes) -> Vec3 {
     let lobes = scattering.eval(light_sample.to_light, class);
     if light_sample.pdf_solid_angle > 0.0 {
-        lobes.f * (light_sample.pdf_solid_angle / (light_sample.pdf_solid_angle + lobes.pdf_solid_angle))
+        lobes.f * balance_heuristic(light_sample.pdf_solid_angle, lobes.pdf_solid_angle)
     } else {
         lobes.f
     }

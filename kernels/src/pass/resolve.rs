@@ -1,4 +1,5 @@
-//! `resolve`: flux to radiance, L = T a / (pi R^2).
+//! `resolve`: photon density estimation, L = T a / (pi R^2) with the sum a of BSDF times flux over the photons of a
+//! point's disc [Jensen 1996; Hachisuka et al. 2008; pbrt: `SPPMIntegrator`].
 
 use crate::declare::pass;
 use crate::gather::accumulator::{self, GatheredSum};
@@ -22,14 +23,14 @@ pub fn resolve(
     let mut caustic = Vec3::ZERO;
     if point.exists() {
         let (sum, _) = GatheredSum::read(accumulator, pixel, params.quantum);
-        caustic = radiance(point, &point_shading[pixel as usize], sum);
+        caustic = estimate_radiance(point, &point_shading[pixel as usize], sum);
     }
     caustic_radiance.write(pixel, caustic);
 }
 
-/// Radiance of the caustic at a point (W m^-2 sr^-1) from its sum of f times flux (W sr^-1).
+/// Photon density estimate: radiance of the caustic at a point (W m^-2 sr^-1) from its sum of BSDF times flux (W sr^-1).
 #[inline(always)]
-pub fn radiance(point: &PointGeometry, shading: &PointShading, sum: Vec3) -> Vec3 {
+pub fn estimate_radiance(point: &PointGeometry, shading: &PointShading, sum: Vec3) -> Vec3 {
     // Divide twice: the square of a small radius may underflow.
     shading.throughput * (sum / point.radius) / (PI * point.radius)
 }

@@ -2,7 +2,7 @@
 //! or with `Caustics::Any` any. An emission declares the pass by `shoot_pass`.
 
 pub mod ledger;
-pub mod receive;
+pub mod photon_sink;
 
 use crate::interface::choice::Caustics;
 use crate::interface::counters::Counter;
@@ -25,7 +25,7 @@ use crate::trace::Tracer;
 use crate::trace::initial_media::initial_media_stack;
 use crate::trace::through_media::trace_through_media;
 use ledger::Ledger;
-use receive::{Receive, Store};
+use photon_sink::{PhotonSink, PhotonStore};
 use spirv_std::glam::Vec3;
 
 /// The pass that shoots by an emission: `shoot_pass!("shoot.mine", |power, table: &[f32]| Mine { power, table })` declares
@@ -55,7 +55,7 @@ macro_rules! shoot_pass {
             $($buffer: $type,)*
         ) {
             let $power = $crate::light::power::ByPower::new(scene, params, features);
-            let store = $crate::pass::shoot::receive::Store {
+            let store = $crate::pass::shoot::photon_sink::PhotonStore {
                 geometry: photon_geometry,
                 light: photon_light,
                 state: photon_state,
@@ -95,7 +95,7 @@ pub fn stored<E: Emit, T: Tracer, C: Atomics>(
     scene: SceneTables<'_>,
     emit: &E,
     tracer: &mut T,
-    mut store: Store<'_>,
+    mut store: PhotonStore<'_>,
     counters: &mut C,
 ) {
     let dropped = shoot(path, params, features, scene, emit, tracer, &mut store, counters);
@@ -104,23 +104,23 @@ pub fn stored<E: Emit, T: Tracer, C: Atomics>(
 
 /// Traces a light path; what its receiver carried along the way.
 #[inline(always)]
-pub fn shoot<E: Emit, T: Tracer, R: Receive, C: Atomics>(
+pub fn shoot<E: Emit, T: Tracer, R: PhotonSink, C: Atomics>(
     path: u32,
     params: &FrameParams,
     features: Features,
     scene: SceneTables<'_>,
     emit: &E,
     tracer: &mut T,
-    receive: &mut R,
+    sink: &mut R,
     counters: &mut C,
 ) -> R::PathState {
     let rng = Rng::new(Stream::Light, params.seed, path, params.frame);
-    follow(path, rng, params, features, scene, emit, tracer, receive, counters)
+    follow(path, rng, params, features, scene, emit, tracer, sink, counters)
 }
 
 /// Traces the light path that these random numbers make; what its receiver carried along the way.
 #[inline(always)]
-pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
+pub fn follow<E: Emit, T: Tracer, R: PhotonSink, C: Atomics>(
     path: u32,
     mut rng: Rng,
     params: &FrameParams,
@@ -128,12 +128,12 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
     scene: SceneTables<'_>,
     emit: &E,
     tracer: &mut T,
-    receive: &mut R,
+    sink: &mut R,
     counters: &mut C,
 ) -> R::PathState {
     let emission = emit.sample(&mut rng);
     let mut path_state = R::PathState::default();
-    receive.start(&mut path_state, &emission);
+    sink.start(&mut path_state, &emission);
     let mut flux = emission.flux / params.light_path_count as f32;
     let mut ray = emission.ray;
     let mut media = MediaStack::VACUUM;
@@ -163,7 +163,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
         let here = vertex(scene, features, &ray, &hit, 0.0);
-        receive.arrive(&mut path_state, &ray, &hit, &here);
+        sink.arrive(&mut path_state, &ray, &hit, &here);
         let material = material_at(scene, &here, features);
         if features.has(Features::ABSORPTION) {
             let before = flux;
@@ -198,7 +198,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
         let receives = textured || scattering.bsdf.receives();
         if caustic && receives && cos_arriving > 0.0 {
             photons += 1;
-            receive.receive(
+            sink.store_photon(
                 &mut path_state,
                 PhotonGeometry {
                     position: here.position,
@@ -252,7 +252,7 @@ pub fn follow<E: Emit, T: Tracer, R: Receive, C: Atomics>(
             break;
         }
         overflows += u32::from(scattered.media_overflow);
-        receive.scatter(&mut path_state, &scattered, flux);
+        sink.scatter(&mut path_state, &scattered, flux);
         media = scattered.media;
         ray = scattered.ray;
         hit_count += 1;

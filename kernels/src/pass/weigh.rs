@@ -9,7 +9,7 @@ use crate::interface::frame::{Dispatch, FrameParams, PILOT};
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::seen::PixelSum;
 use crate::math::mean;
-use crate::pass::resolve::radiance;
+use crate::pass::resolve::estimate_radiance;
 use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
@@ -120,7 +120,7 @@ pub fn weigh_means(
     if dispatch.level > 0 {
         if point.exists() {
             let (pilot, _) = GatheredSum::read(accumulator, pixel, params.quantum);
-            sum.caustics += mean(radiance(point, &point_shading[pixel as usize], pilot));
+            sum.caustics += mean(estimate_radiance(point, &point_shading[pixel as usize], pilot));
         }
         sum.caustic_frames += 1.0 / PILOT as f32;
     }

@@ -40,10 +40,10 @@ pub fn features_of(material: &Material) -> Features {
 #[inline]
 pub fn reflectance(material: &Material, cos: f32, eta: f32) -> f32 {
     if material.flags & FLAG_THIN != 0 {
-        let r = fresnel::dielectric(cos, 1.0 / material.ior);
+        let r = fresnel::dielectric_reflectance(cos, 1.0 / material.ior);
         2.0 * r / (1.0 + r)
     } else {
-        fresnel::dielectric(cos, eta)
+        fresnel::dielectric_reflectance(cos, eta)
     }
 }
 

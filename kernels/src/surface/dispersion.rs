@@ -96,7 +96,11 @@ impl Indices {
 #[inline(always)]
 pub fn reflectances(cos: f32, etas: Vec3) -> Vec3 {
     let Vec3 { x: red, y: green, z: blue } = etas;
-    Vec3::new(fresnel::dielectric(cos, red), fresnel::dielectric(cos, green), fresnel::dielectric(cos, blue))
+    Vec3::new(
+        fresnel::dielectric_reflectance(cos, red),
+        fresnel::dielectric_reflectance(cos, green),
+        fresnel::dielectric_reflectance(cos, blue),
+    )
 }
 
 /// Whether the face at `vertex`, met inside `media`, refracts channels differently and is rough: a path has its channel before it

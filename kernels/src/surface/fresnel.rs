@@ -21,7 +21,7 @@ pub fn schlick(f0: Vec3, cos: f32) -> Vec3 {
 
 /// Exact unpolarised reflectance; `eta` = index before / index behind, `cos` before. 1 for total reflection.
 #[inline]
-pub fn dielectric(cos: f32, eta: f32) -> f32 {
+pub fn dielectric_reflectance(cos: f32, eta: f32) -> f32 {
     let sin2_behind = eta * eta * (1.0 - cos * cos).max(0.0);
     if sin2_behind >= 1.0 {
         return 1.0;
@@ -38,9 +38,9 @@ mod tests {
 
     #[test]
     fn glass_reflects_four_percent_straight_and_all_at_grazing() {
-        assert!((dielectric(1.0, 1.0 / 1.5) - 0.04).abs() < 1e-6);
-        assert!((dielectric(1.0, 1.5) - 0.04).abs() < 1e-6);
-        assert!((dielectric(0.0, 1.0 / 1.5) - 1.0).abs() < 1e-6);
+        assert!((dielectric_reflectance(1.0, 1.0 / 1.5) - 0.04).abs() < 1e-6);
+        assert!((dielectric_reflectance(1.0, 1.5) - 0.04).abs() < 1e-6);
+        assert!((dielectric_reflectance(0.0, 1.0 / 1.5) - 1.0).abs() < 1e-6);
     }
 
     #[test]
@@ -48,14 +48,16 @@ mod tests {
         let angle = 1.5f32.atan();
         let (n, c) = (1.5f32, angle.cos());
         let s = ((1.0 - n * n) / (1.0 + n * n)).powi(2);
-        assert!((dielectric(c, 1.0 / n) - 0.5 * s).abs() < 1e-6);
+        assert!((dielectric_reflectance(c, 1.0 / n) - 0.5 * s).abs() < 1e-6);
     }
 
     #[test]
     fn both_sides_reflect_alike_and_totally_beyond_the_critical_angle() {
         let cos = 0.8f32;
         let cos_behind = (1.0 - (1.0 - cos * cos) / 2.25).sqrt();
-        assert!((dielectric(cos, 1.0 / 1.5) - dielectric(cos_behind, 1.5)).abs() < 1e-6);
-        assert_eq!(dielectric(0.5, 1.5), 1.0);
+        assert!(
+            (dielectric_reflectance(cos, 1.0 / 1.5) - dielectric_reflectance(cos_behind, 1.5)).abs() < 1e-6
+        );
+        assert_eq!(dielectric_reflectance(0.5, 1.5), 1.0);
     }
 }

@@ -1,5 +1,5 @@
-//! Software tracer: a bounding volume hierarchy of four children a node, whose boxes are tested at once.
-//! On a CPU glam's Vec4 is a vector register; on a GPU the same code is scalar.
+//! Software tracer on GPUs without ray queries, and on CPUs without AVX2 (`bvh8.rs`): a bounding volume hierarchy (BVH) of four
+//! children a node, whose boxes are tested at once. On a CPU glam's Vec4 is a vector register; on a GPU the same code is scalar.
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -103,7 +103,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
             continue;
         } else {
             let node = &nodes[current as usize];
-            let near = entry_distances(node, ray.origin, inverse, best.distance).to_array();
+            let near = intersect_children(node, ray.origin, inverse, best.distance).to_array();
 
             // Descend into the nearest child and push the others.
             let mut nearest = f32::MAX;
@@ -154,7 +154,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
 
 /// Distances at which the ray enters the four boxes; f32::MAX for boxes it misses within `length`.
 #[inline(always)]
-fn entry_distances(node: &BvhNode, origin: Vec3, inverse: Vec3, length: f32) -> Vec4 {
+fn intersect_children(node: &BvhNode, origin: Vec3, inverse: Vec3, length: f32) -> Vec4 {
     let x = (slabs(node.min_x, origin.x, inverse.x), slabs(node.max_x, origin.x, inverse.x));
     let y = (slabs(node.min_y, origin.y, inverse.y), slabs(node.max_y, origin.y, inverse.y));
     let z = (slabs(node.min_z, origin.z, inverse.z), slabs(node.max_z, origin.z, inverse.z));

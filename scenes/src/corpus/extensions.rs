@@ -112,13 +112,13 @@ pub fn clearcoat() -> Small {
 }
 
 pub fn specular_glossiness() -> Small {
-    let of = |diffuse: [f64; 4], specular: [f64; 3], glossiness: f64| {
+    let material = |diffuse: [f64; 4], specular: [f64; 3], glossiness: f64| {
         json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": {
             "diffuseFactor": diffuse, "specularFactor": specular, "glossinessFactor": glossiness,
         } } })
     };
-    let gold = of([0.0, 0.0, 0.0, 1.0], [0.9, 0.7, 0.3], 0.9);
-    let mut small = balls([gold, of([0.2, 0.6, 0.3, 1.0], [0.04; 3], 0.5)]);
+    let gold = material([0.0, 0.0, 0.0, 1.0], [0.9, 0.7, 0.3], 0.9);
+    let mut small = balls([gold, material([0.2, 0.6, 0.3, 1.0], [0.04; 3], 0.5)]);
     small.uses("KHR_materials_pbrSpecularGlossiness");
     small
 }

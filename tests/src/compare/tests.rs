@@ -12,7 +12,7 @@ fn compare_hits(right: &[Hit]) -> Vec<Difference> {
 }
 
 #[test]
-fn equal_rows_pass() {
+fn equal_records_pass() {
     let differences = compare_hits(&hits());
     assert_eq!(differences.len(), 5);
     assert!(differences.iter().all(|d| d.passes() && d.exceeding == 0 && d.count == 100 && d.max_abs == 0.0));
@@ -68,7 +68,7 @@ fn detects_infinity() {
 }
 
 #[test]
-fn detects_a_missing_row() {
+fn detects_a_missing_record() {
     let differences = compare_hits(&hits()[..99]);
     assert!(differences.iter().all(|d| !d.passes() && d.exceeding == 1 && d.first == Some(99)));
 }

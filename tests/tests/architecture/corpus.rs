@@ -112,8 +112,9 @@ fn every_file_of_the_corpus_renders_to_its_golden_picture() {
 
 #[test]
 fn a_picture_that_is_another_is_noticed() {
-    let of = |name: &str| values(&std::fs::read(folder("golden/corpus").join(name)).expect("a golden image"));
-    let plain = of("plain.gltf.exr");
+    let golden =
+        |name: &str| values(&std::fs::read(folder("golden/corpus").join(name)).expect("a golden image"));
+    let plain = golden("plain.gltf.exr");
     assert_eq!(differing(&plain, &plain), 0);
     // A little more light, a tint, one column to the side, a patch of 4 by 4, the file without its other scenes.
     let brighter: Vec<_> = plain.iter().map(|color| color.map(|value| 1.01 * value)).collect();
@@ -125,9 +126,15 @@ fn a_picture_that_is_another_is_noticed() {
         patched[(8 + pixel / 4) * SIZE.0 + 14 + pixel % 4] = [0.5; 3];
     }
     let broken = vec![[f32::NAN; 3]; plain.len()];
-    for other in
-        [brighter, tinted, moved, patched, broken, of("no-normals.gltf.exr"), of("several-scenes.gltf.exr")]
-    {
+    for other in [
+        brighter,
+        tinted,
+        moved,
+        patched,
+        broken,
+        golden("no-normals.gltf.exr"),
+        golden("several-scenes.gltf.exr"),
+    ] {
         let count = differing(&other, &plain);
         assert!(count > STRAYS, "{count}");
     }

@@ -160,8 +160,8 @@ struct Comparison {
 
 impl Comparison {
     fn new(before: &Hashes, after: &Hashes) -> Comparison {
-        let absent = |from: &Hashes, of: &Hashes| {
-            of.keys().filter(|name| !from.contains_key(*name)).cloned().collect::<Vec<_>>()
+        let absent = |from: &Hashes, all: &Hashes| {
+            all.keys().filter(|name| !from.contains_key(*name)).cloned().collect::<Vec<_>>()
         };
         let mut comparison =
             Comparison { missing: absent(after, before), new: absent(before, after), ..Default::default() };

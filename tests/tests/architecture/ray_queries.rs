@@ -96,7 +96,8 @@ fn target(switch: &Instruction, value: u32) -> Option<Word> {
 impl<'a> Flow<'a> {
     fn new(function: &'a Function, constants: &'a BTreeMap<Word, u32>) -> Flow<'a> {
         let instructions = function.blocks.iter().flat_map(|block| &block.instructions);
-        let results = instructions.filter_map(|of| Some((of.result_id?, of))).collect();
+        let results =
+            instructions.filter_map(|instruction| Some((instruction.result_id?, instruction))).collect();
         let mut predecessors = BTreeMap::<Word, BTreeSet<Word>>::new();
         for block in &function.blocks {
             for successor in successors(block) {
@@ -106,8 +107,8 @@ impl<'a> Flow<'a> {
         Flow { function, constants, results, predecessors }
     }
 
-    fn block(&self, of: Word) -> Option<&'a Block> {
-        self.function.blocks.iter().find(|block| label(block) == of)
+    fn block(&self, block_label: Word) -> Option<&'a Block> {
+        self.function.blocks.iter().find(|block| label(block) == block_label)
     }
 
     /// A value as a function of the committed type: the type itself, or a constant for each by a switch.
@@ -171,15 +172,15 @@ impl<'a> Flow<'a> {
                 let known = sides.filter_map(|(a, b)| Some((self.of_type(a)?, *self.constants.get(&b)?)));
                 let equals = holds == (instruction.class.opcode == Op::IEqual);
                 // The types that remain; a value that is not known may be anything.
-                let implied = known.filter(|(of, value)| {
+                let implied = known.filter(|(by_type, value)| {
                     let remains = |(_, found): &(u32, Option<u32>)| {
                         found.is_none_or(|found| (found == *value) == equals)
                     };
-                    let all = TYPES.into_iter().zip(of.values);
+                    let all = TYPES.into_iter().zip(by_type.values);
                     all.filter(remains).map(|(kind, _)| kind).eq([TRIANGLE])
-                        && facts.contains(&Fact::Fresh(of.query, of.result))
+                        && facts.contains(&Fact::Fresh(by_type.query, by_type.result))
                 });
-                implied.map(|(of, _)| Fact::Triangle(of.query)).collect()
+                implied.map(|(by_type, _)| Fact::Triangle(by_type.query)).collect()
             }
             _ => none,
         }
@@ -248,7 +249,7 @@ impl<'a> Flow<'a> {
         // Nothing is known at the entry; elsewhere all, until a predecessor does not know it.
         let mut at = BTreeMap::from([(label(entry), Facts::new())]);
         let mut left = vec![label(entry)];
-        while let Some(block) = left.pop().and_then(|of| self.block(of)) {
+        while let Some(block) = left.pop().and_then(|next| self.block(next)) {
             let facts = at[&label(block)].clone();
             for (to, facts) in self.run(block, facts, &mut Found::default()) {
                 let known = at.get(&to);
@@ -276,8 +277,9 @@ fn reads_intersection(opcode: Op) -> bool {
 
 /// All reads of a module.
 fn reads(module: &Module) -> Found {
-    let constant = |of: &Instruction| match (of.class.opcode, of.operands.first()) {
-        (Op::Constant, Some(Operand::LiteralBit32(value))) => Some((of.result_id?, *value)),
+    let constant = |instruction: &Instruction| match (instruction.class.opcode, instruction.operands.first())
+    {
+        (Op::Constant, Some(Operand::LiteralBit32(value))) => Some((instruction.result_id?, *value)),
         _ => None,
     };
     let constants = module.types_global_values.iter().filter_map(constant).collect();
@@ -324,7 +326,7 @@ fn detects_reads_whose_check_is_missing_or_another() {
 
     // The query proceeds once more between check and reads.
     let proceeded = unguarded(|block| {
-        let is_read = |of: &Instruction| reads_intersection(of.class.opcode);
+        let is_read = |instruction: &Instruction| reads_intersection(instruction.class.opcode);
         let Some(read) = block.instructions.iter().position(is_read) else { return };
         let query = block.instructions[read].operands[0].clone();
         let again = Instruction::new(Op::RayQueryProceedKHR, Some(1), Some(u32::MAX), vec![query]);
@@ -334,9 +336,9 @@ fn detects_reads_whose_check_is_missing_or_another() {
 
     // Checks of candidates' types in place of those of what is committed: any other operand than the constant 1.
     let other = unguarded(|block| {
-        for of in &mut block.instructions {
-            if of.class.opcode == Op::RayQueryGetIntersectionTypeKHR {
-                of.operands[1] = Operand::IdRef(0);
+        for instruction in &mut block.instructions {
+            if instruction.class.opcode == Op::RayQueryGetIntersectionTypeKHR {
+                instruction.operands[1] = Operand::IdRef(0);
             }
         }
     });

@@ -116,7 +116,8 @@ fn runners_agree_on_what_pixels_show() {
             let params = animation.pose(4);
             animation.runners.run(&params, &[Step::new(&AUXILIARY, &params)]);
             let (cpu, gpu) = animation.runners.records::<Auxiliary>("auxiliary");
-            let moving = cpu.iter().filter(|row| row.depth > 0.0 && row.motion.length() > 0.1).count();
+            let moving =
+                cpu.iter().filter(|record| record.depth > 0.0 && record.motion.length() > 0.1).count();
             assert!(moving > cpu.len() / 20, "{scene}: {moving}");
             let words = Tolerance::EXACT.except(2.0e-3, REASON);
             let near = Tolerance::relative(1.0e-3, 0.0, REASON).except(2.0e-3, REASON);

@@ -86,7 +86,7 @@ fn delta_mirror_and_glass_lose_nothing() {
                 }
             }
             // Four standard errors for the 18 cases here.
-            let r = f64::from(fresnel::dielectric(cos, eta));
+            let r = f64::from(fresnel::dielectric_reflectance(cos, eta));
             let error = (r * (1.0 - r) / 20_000.0).sqrt();
             assert!((f64::from(reflected) / 20_000.0 - r).abs() <= 4.0 * error + 1e-6, "{cos} {eta}");
         }

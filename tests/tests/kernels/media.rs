@@ -17,7 +17,7 @@ use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
 use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix};
-use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::pass::{collect, shoot};
 use caustics_kernels::surface::media::MediaStack;
 use caustics_kernels::trace::initial_media::initial_media_stack;
@@ -271,10 +271,10 @@ impl caustics_kernels::light::emit::Emit for Single {
 #[derive(Default)]
 struct Last(Option<(PhotonGeometry, PhotonLight)>);
 
-impl Receive for Last {
+impl PhotonSink for Last {
     type PathState = ();
 
-    fn receive(&mut self, _path_state: &mut (), geometry: PhotonGeometry, light: PhotonLight) {
+    fn store_photon(&mut self, _path_state: &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         self.0.get_or_insert((geometry, light));
     }
 }

@@ -157,13 +157,14 @@ fn runners_agree_on_holes_and_glass_in_one_mesh() {
         runners.step(&STEP_HIT, rays.len());
         let (cpu, device) = runners.head::<Hit>("hits", rays.len());
         let material = |hit: &Hit| scene.surfaces[hit.triangle as usize].material;
-        let of = |wanted: u32| cpu.iter().filter(|hit| !hit.is_miss() && material(hit) == wanted).count();
+        let hit_count =
+            |wanted: u32| cpu.iter().filter(|hit| !hit.is_miss() && material(hit) == wanted).count();
         let same = |a: &Hit, b: &Hit| {
             (a.instance, a.triangle) == (b.instance, b.triangle)
                 && (a.is_miss() || (a.distance - b.distance).abs() <= 1e-4 * a.distance.max(1.0))
         };
         let others = cpu.iter().zip(&device).filter(|(a, b)| !same(a, b)).count();
-        let (leaves, ball) = (of(LEAVES as u32), of(BALL as u32));
+        let (leaves, ball) = (hit_count(LEAVES as u32), hit_count(BALL as u32));
         println!("hardware {hardware}: {leaves} hit leaves, {ball} the ball, {others} differ");
         // The parity rule: 0.2 % on edges and slivers.
         assert!(leaves > 300 && ball > 300 && others <= rays.len() / 500, "{leaves} {ball} {others}");

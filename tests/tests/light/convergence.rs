@@ -178,9 +178,9 @@ mod long {
         for seed in 0..runs {
             progressive(&scene, &settings(20_000, seed), 1024, |frames, sums| {
                 let mean = sums.mean();
-                let of = &mut errors[frames.trailing_zeros() as usize];
-                of.0 += mean_square(&mean.caustics, &caustic_reference) / f64::from(runs);
-                of.1 += mean_square(&mean.path, &path_reference) / f64::from(runs);
+                let error = &mut errors[frames.trailing_zeros() as usize];
+                error.0 += mean_square(&mean.caustics, &caustic_reference) / f64::from(runs);
+                error.1 += mean_square(&mean.path, &path_reference) / f64::from(runs);
             });
         }
         let mut table = String::from("frames,caustics_relmse,path_relmse\n");

@@ -118,7 +118,7 @@ fn of_a_thousand_emitters_near_ones_are_found() {
     let scene = b.build();
     let [resampled, power, uniform] = [LightSampler::Resampled, LightSampler::Power, LightSampler::Uniform]
         .map(|setting| blocks(&scene, setting, 200));
-    let variance = |of: &Blocks| (0..48).map(|block| of.block(block).error.powi(2)).sum::<f64>();
+    let variance = |rendered: &Blocks| (0..48).map(|block| rendered.block(block).error.powi(2)).sum::<f64>();
     for rendered in [&resampled, &uniform] {
         let scores = rendered.scores(&power);
         println!("{scores:?}, variance {:.3} of that by power", variance(rendered) / variance(&power));

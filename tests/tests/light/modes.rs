@@ -69,11 +69,11 @@ fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
         near.sort_by(f64::total_cmp);
         near[4]
     };
-    let lit = points.iter().enumerate().filter(|(_, of)| of.point.geometry.radius > 0.0);
+    let lit = points.iter().enumerate().filter(|(_, collected)| collected.point.geometry.radius > 0.0);
     let mut variances: Vec<f64> = lit
-        .map(|(pixel, of)| {
+        .map(|(pixel, collected)| {
             let light = median(pixel);
-            light / (light * light + dark * dark) / f64::from(of.point.geometry.radius).powi(2)
+            light / (light * light + dark * dark) / f64::from(collected.point.geometry.radius).powi(2)
         })
         .collect();
     variances.sort_by(f64::total_cmp);

@@ -288,8 +288,8 @@ mod long {
             b.texture(Role::Data, 8, 8, |x, y| [0, (38.0 + 51.0 * noise(x, y)[2]) as u8, 255, 255]);
         let plain = MaterialTextures::default();
         let wall = b.textured(lambert(0.7), MaterialTextures { base_color, normal, ..plain });
-        let row = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };
-        let glossy = b.textured(metal(0.9, 1.0), row);
+        let record = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };
+        let glossy = b.textured(metal(0.9, 1.0), record);
         let light = b.material(emitter(10.0));
         b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
         b.block(glossy, DVec3::new(-0.6, -0.9, -0.7), DVec3::new(0.1, -0.2, -0.1), false);

@@ -429,8 +429,8 @@ mod release {
         });
         let plain = MaterialTextures::default();
         let wall = b.textured(lambert(0.7), MaterialTextures { base_color, normal, ..plain });
-        let row = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };
-        let glossy = b.textured(metal(0.9, 1.0), row);
+        let record = MaterialTextures { metallic_roughness, normal, normal_scale: 0.5, ..plain };
+        let glossy = b.textured(metal(0.9, 1.0), record);
         b.block(glossy, DVec3::new(-0.6, -0.9, -0.7), DVec3::new(0.1, -0.2, -0.1), false);
         b.panel(wall, DVec3::new(0.0, 0.0, -0.97), 0.95 * DVec3::X, 0.95 * DVec3::Y);
         b.panel(wall, DVec3::new(0.0, -0.97, 0.0), 0.95 * DVec3::Z, 0.95 * DVec3::X);

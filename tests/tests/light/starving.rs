@@ -18,7 +18,7 @@ const PATHS: u32 = 20_000;
 fn both(scene: &Scene) -> [(u32, Mean); 2] {
     let mut world =
         World::new(scene, &Settings { light_paths: PATHS, emission: &AIMED, ..Settings::default() });
-    let mut of = |is_aimed: bool| {
+    let mut measure = |is_aimed: bool| {
         let mut count = 0;
         let frame = |frame| {
             world.params.frame = frame;
@@ -30,7 +30,7 @@ fn both(scene: &Scene) -> [(u32, Mean); 2] {
         let fluxes: Vec<f64> = (0..10).map(frame).collect();
         (count, Mean::from_samples(&fluxes))
     };
-    [of(false), of(true)]
+    [measure(false), measure(true)]
 }
 
 /// A glass ball of a radius over a floor that reaches so far, under the sun.

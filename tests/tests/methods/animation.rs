@@ -244,12 +244,12 @@ pub(super) fn deforming() -> File {
 
 /// Every triangle where it stands, with its instance and its id.
 pub(super) fn triangles(scene: &Scene) -> Vec<(u32, u32, Triangle)> {
-    let of = |instance: usize| {
-        let rows = scene.instanced.rows(instance);
-        let (instance, ids) = (instance as u32, rows.map(|id| id as u32));
+    let of_instance = |instance: usize| {
+        let triangle_ids = scene.instanced.triangle_ids(instance);
+        let (instance, ids) = (instance as u32, triangle_ids.map(|id| id as u32));
         ids.map(move |id| (instance, id, scene.world_triangle(instance, id)))
     };
-    (0..scene.instances.len()).flat_map(of).collect()
+    (0..scene.instances.len()).flat_map(of_instance).collect()
 }
 
 /// Rays from anywhere in the scene's bounds to near the meshes that move.
@@ -344,7 +344,11 @@ fn poses_are_their_own(file: fn() -> File) {
     assert_eq!((&there.lights, there.flux), (&back.lights, back.flux));
     assert_eq!(there.cameras, back.cameras);
     let to_world = |scene: &Scene| {
-        scene.instances.iter().map(|row| (row.to_object, row.to_world, row.orientation)).collect::<Vec<_>>()
+        scene
+            .instances
+            .iter()
+            .map(|instance| (instance.to_object, instance.to_world, instance.orientation))
+            .collect::<Vec<_>>()
     };
     assert_eq!(to_world(&there), to_world(&back));
     assert_ne!(to_world(&there), to_world(&file().load().unwrap()));
@@ -355,7 +359,7 @@ fn poses_are_their_own(file: fn() -> File) {
 fn previous_places_are_where_vertices_were() {
     let mut scene = soups().load().unwrap();
     let identity = caustics_kernels::interface::instance::Transform::IDENTITY;
-    assert!(scene.instances.iter().all(|row| row.to_previous == identity));
+    assert!(scene.instances.iter().all(|instance| instance.to_previous == identity));
     scene.pose(0.4).unwrap();
     let before = triangles(&scene);
     scene.pose(0.8).unwrap();
@@ -551,8 +555,12 @@ fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
     assert_eq!((scene.lights.len(), ids(&scene)), (2, 2));
     scene.pose(0.0).unwrap();
     assert_eq!((scene.lights.len(), ids(&scene)), (0, 0));
-    let rows = scene.instances.iter();
-    assert!(rows.flat_map(|row| [row.to_previous.x, row.to_previous.offset]).all(Vec3::is_finite));
+    let instances = scene.instances.iter();
+    assert!(
+        instances
+            .flat_map(|instance| [instance.to_previous.x, instance.to_previous.offset])
+            .all(Vec3::is_finite)
+    );
     let mut tracer = scene.tracer(scene.features(0.25));
     let through = Ray::endless(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z);
     let hit = tracer.closest(&through);
@@ -665,9 +673,9 @@ fn damaged_animations_are_named_and_left_out() {
 fn sessions_take_their_buffers_for_all_times() {
     let scene = light().load().unwrap();
     let tables = scene.buffers();
-    let of = |name: &str| tables.iter().find(|(table, _)| *table == name).unwrap().1.len();
+    let length = |name: &str| tables.iter().find(|(table, _)| *table == name).unwrap().1.len();
     // A floor, a mirror and a lamp of two triangles each.
-    assert_eq!((of("lights"), of("triangles")), (0, 6 * size_of::<Triangle>()));
+    assert_eq!((length("lights"), length("triangles")), (0, 6 * size_of::<Triangle>()));
     let settings = Settings::default();
     assert_eq!(settings.params(&scene, &scene.cameras[0], 0).light_path_count, 0);
     assert_eq!(settings.largest(&scene, &scene.cameras[0]).light_path_count, settings.light_paths);

@@ -61,10 +61,10 @@ fn direction(camera: &SceneCamera, pixel: u32) -> DVec3 {
 fn position_px(camera: &SceneCamera, at: DVec3) -> DVec2 {
     let frame = camera.camera(WIDTH, HEIGHT);
     let along = at - frame.position.as_dvec3();
-    let of = |axis: Vec3| {
+    let coordinate = |axis: Vec3| {
         along.dot(axis.as_dvec3()) / along.dot(frame.forward.as_dvec3()) / f64::from(axis.length_squared())
     };
-    let (x, y) = (of(frame.right), of(frame.up));
+    let (x, y) = (coordinate(frame.right), coordinate(frame.up));
     DVec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y) * DVec2::new(f64::from(WIDTH), f64::from(HEIGHT))
 }
 
@@ -194,7 +194,7 @@ fn what_moves_moves_in_the_picture() {
 #[test]
 fn depth_is_the_length_of_the_path_and_nothing_else_changes() {
     let scene = committed("mirror-room");
-    let of = |history, asked| {
+    let rendered = |history, asked| {
         let settings = Settings { auxiliary: asked, history, ..settings() };
         let mut session = session(&scene, settings);
         let auxiliary = auxiliary(&mut session, 0);
@@ -202,14 +202,14 @@ fn depth_is_the_length_of_the_path_and_nothing_else_changes() {
         let lengths: Vec<f32> = lengths.iter().map(|shading| shading.distance).collect();
         (session.image().expect("an image"), session.counters().expect("counters"), lengths, auxiliary)
     };
-    let (image, counters, lengths, found) = of(&history::NONE, true);
+    let (image, counters, lengths, found) = rendered(&history::NONE, true);
     let there = found.depth.iter().filter(|depth| **depth > 0.0).count();
     assert!(lengths == found.depth && there > lengths.len() / 2, "{there}");
-    let (plain, plain_counters, _, nothing) = of(&history::NONE, false);
+    let (plain, plain_counters, _, nothing) = rendered(&history::NONE, false);
     assert!(nothing.is_empty());
     assert_eq!((plain.beauty(), plain_counters), (image.beauty(), counters));
     // With a history, a point's distance is that of its virtual image.
-    let (_, _, virtual_image_distances, same) = of(&history::VALIDATED, true);
+    let (_, _, virtual_image_distances, same) = rendered(&history::VALIDATED, true);
     assert_eq!(same, found);
     let distorted = virtual_image_distances
         .iter()

@@ -77,11 +77,11 @@ fn measured(scene: &Scene, paths: f64) -> Measured {
     let shown = |sums: &[[f64; 2]; 2]| (sums[0][0] + sums[1][0]) / frames;
     let dark = 0.1 * pixels.iter().map(shown).sum::<f64>() / f64::from(PIXELS);
     let variance = |layer: usize| {
-        let of = |sums: &[[f64; 2]; 2]| {
+        let relative_variance = |sums: &[[f64; 2]; 2]| {
             let [sum, squares] = sums[layer];
             (squares - sum * sum / frames) / (frames - 1.0) / (shown(sums).powi(2) + dark * dark)
         };
-        pixels.iter().map(of).sum::<f64>() / f64::from(PIXELS)
+        pixels.iter().map(relative_variance).sum::<f64>() / f64::from(PIXELS)
     };
     Measured { path: variance(0), caustics: variance(1), cost: cost.map(|cost| cost / frames) }
 }

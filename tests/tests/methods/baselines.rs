@@ -72,10 +72,13 @@ fn kim_leaks_round_a_corner_and_discs_do_not() {
 fn no_baseline_lets_a_caustic_through_a_thin_wall() {
     let (dark, lit) = (half_room(Some(0.004)), half_room(None));
     for method in BASELINES {
-        let of = |scene| image(scene, &settings(32, 32), method);
-        assert!(sum(&of(&lit).caustics) > 1.0, "the test has lost its subject");
+        let rendered = |scene| image(scene, &settings(32, 32), method);
+        assert!(sum(&rendered(&lit).caustics) > 1.0, "the test has lost its subject");
         let name = method.name;
-        assert!(of(&dark).caustics.iter().all(|value| *value == Vec3::ZERO), "{name} leaks through the wall");
+        assert!(
+            rendered(&dark).caustics.iter().all(|value| *value == Vec3::ZERO),
+            "{name} leaks through the wall"
+        );
     }
 }
 
@@ -95,11 +98,11 @@ fn kim_follows_a_plane_no_further_than_to_a_wall_that_stands_on_it() {
 fn baselines_render_odd_sizes_and_nothing_where_nothing_is() {
     for method in BASELINES {
         for (width, height) in [(1, 1), (1, 37), (19, 1), (33, 17)] {
-            let of = image(&committed("ring"), &settings(width, height), method);
+            let rendered = image(&committed("ring"), &settings(width, height), method);
             let name = method.name;
-            assert_eq!(of.caustics.len(), (width * height) as usize, "{name}");
-            assert!(of.caustics.iter().all(|value| value.is_finite()), "{name} at {width}x{height}");
-            assert!(sum(&of.caustics) > 0.0 || width * height < 100, "{name} at {width}x{height}");
+            assert_eq!(rendered.caustics.len(), (width * height) as usize, "{name}");
+            assert!(rendered.caustics.iter().all(|value| value.is_finite()), "{name} at {width}x{height}");
+            assert!(sum(&rendered.caustics) > 0.0 || width * height < 100, "{name} at {width}x{height}");
         }
         let plain = image(&committed("plain-room"), &settings(64, 36), method);
         assert_eq!(sum(&plain.caustics), 0.0, "{}: there is no caster", method.name);

@@ -88,7 +88,7 @@ fn shows_the_same(edited: &Scene, written: &Scene) -> u32 {
     // Of faces that coincide one is met, whichever.
     assert!(others < 20, "{others} of 20,000 differ");
 
-    let rows = |scene: &Scene| -> Vec<(Vec3, Light)> {
+    let lights = |scene: &Scene| -> Vec<(Vec3, Light)> {
         let middle = |light: &Light| {
             let t = scene.world_triangle(light.instance, light.triangle);
             (t.a + t.b + t.c) / 3.0
@@ -97,7 +97,7 @@ fn shows_the_same(edited: &Scene, written: &Scene) -> u32 {
         let position = |light: &Light| if is_area(light) { middle(light) } else { light.position };
         scene.lights.iter().map(|light| (position(light), *light)).collect()
     };
-    let (ours, theirs) = (rows(edited), rows(written));
+    let (ours, theirs) = (lights(edited), lights(written));
     assert_eq!(ours.len(), theirs.len());
     // Instances come after the world: the order is another.
     let nearest = |(position, light): &(Vec3, Light)| {
@@ -311,9 +311,9 @@ fn load(mut file: File, nodes: &[usize]) -> Result<Scene, SceneError> {
 fn nodes_are_told_as_they_are_at_rest() {
     let scene = load(still(), &[ARM]).unwrap();
     let tree = scene.node_tree();
-    let of = |index| tree.iter().find(|node| node.index == index).unwrap();
+    let node = |index| tree.iter().find(|node| node.index == index).unwrap();
     assert_eq!(tree.len(), 5);
-    let (arm, spot, mirror) = (of(ARM), of(SPOT), of(MIRROR));
+    let (arm, spot, mirror) = (node(ARM), node(SPOT), node(MIRROR));
     assert_eq!(
         (arm.name.as_deref(), arm.parent, arm.translation),
         (Some("arm"), None, DVec3::new(1.0, 0.0, 2.0))
@@ -321,7 +321,7 @@ fn nodes_are_told_as_they_are_at_rest() {
     assert_eq!((arm.has_mesh, arm.has_light, arm.has_camera, arm.moves), (false, false, false, true));
     // What is below a grabbed node moves too.
     assert_eq!((spot.parent, spot.has_light, spot.moves), (Some(ARM), true, true));
-    assert_eq!((mirror.has_mesh, mirror.moves, of(1).has_camera), (true, false, true));
+    assert_eq!((mirror.has_mesh, mirror.moves, node(1).has_camera), (true, false, true));
     assert_eq!(scene.node_to_world(SPOT, 0.0).unwrap().translation, DVec3::new(1.0, 0.0, 2.0));
     assert_eq!(scene.node_to_world(9, 0.0), None);
 }
@@ -423,7 +423,11 @@ fn a_joint_that_is_edited_bends_its_mesh() {
         let off = theirs.iter().map(|other| other.distance(middle)).fold(f64::MAX, f64::min);
         assert!(off < 2e-6, "{middle} is {off} m away");
     }
-    assert_eq!(edited.node_of(1, edited.instanced.rows(1).start as u32), Some(5), "the tube's own node");
+    assert_eq!(
+        edited.node_of(1, edited.instanced.triangle_ids(1).start as u32),
+        Some(5),
+        "the tube's own node"
+    );
 }
 
 #[test]
@@ -462,9 +466,13 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     assert_eq!(tables(&scene), before);
     scene.edit(&[node_edit(MIRROR, None, 0.25)]).unwrap();
     scene.pose(0.0).unwrap();
-    let rows =
-        |scene: &Scene| scene.instances.iter().map(|row| (row.to_world, row.to_object)).collect::<Vec<_>>();
-    assert_eq!(rows(&scene), before.0.iter().map(|row| (row.to_world, row.to_object)).collect::<Vec<_>>());
+    let transforms = |scene: &Scene| {
+        scene.instances.iter().map(|instance| (instance.to_world, instance.to_object)).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        transforms(&scene),
+        before.0.iter().map(|instance| (instance.to_world, instance.to_object)).collect::<Vec<_>>()
+    );
 }
 
 /// Who drags and who renders the file that is kept of it have the same tables.
@@ -493,11 +501,14 @@ fn what_is_kept_is_what_was_seen() {
     let kept = staged(Some(Edits::parse(&edits.to_toml().unwrap()).unwrap()), &[]);
     let mut scene = kept.scene;
     assert_eq!(scene.camera(Some(&kept.camera)).unwrap(), &camera);
-    assert!(scene.instances.iter().all(|row| row.to_previous == Transform::IDENTITY), "nothing moved yet");
+    assert!(
+        scene.instances.iter().all(|instance| instance.to_previous == Transform::IDENTITY),
+        "nothing moved yet"
+    );
     scene.pose(0.0).unwrap();
     // All but where things were before.
-    for row in dragged.instances.iter_mut().chain(&mut scene.instances) {
-        row.to_previous = Transform::IDENTITY;
+    for instance in dragged.instances.iter_mut().chain(&mut scene.instances) {
+        instance.to_previous = Transform::IDENTITY;
     }
     assert_eq!(scene.fingerprint(), dragged.fingerprint());
     assert!(scene.additions.contains_key("edits"));

@@ -86,12 +86,12 @@ impl Reference {
 
 /// Caustics of frames of several seeds (of index `frame`, those before it rendered too).
 fn frames(scene: &Scene, emission: &'static Emission, light_paths: u32, frame: u32) -> Vec<Vec<Vec3>> {
-    let of = |seed: u32| {
+    let run = |seed: u32| {
         let settings = Settings { emission, ..settings(light_paths, 10 + seed) };
         let mut session = open(&CPU, scene, &settings, &BASIC);
         (0..=frame).map(|frame| caustics(&mut session, frame)).next_back().expect("a frame")
     };
-    (0..6).map(of).collect()
+    (0..6).map(run).collect()
 }
 
 /// The mean of their sums.
@@ -104,12 +104,12 @@ fn light(images: &[Vec<Vec3>]) -> Mean {
 fn guided_paths_bring_the_same_light_with_less_noise_from_the_first_frame_on() {
     let scene = committed("mirror-room");
     let reference = Reference::for_scene(&scene);
-    let of = |emission, frame| {
+    let measured = |emission, frame| {
         let images = frames(&scene, emission, 16_384, frame);
         (light(&images), reference.variance(&images, true))
     };
-    let (power, aimed) = (of(&POWER, 0), of(&AIMED, 0));
-    let (first, fifth) = (of(&GUIDED, 0), of(&GUIDED, 4));
+    let (power, aimed) = (measured(&POWER, 0), measured(&AIMED, 0));
+    let (first, fifth) = (measured(&GUIDED, 0), measured(&GUIDED, 4));
     println!("power {power:?}, aimed {aimed:?}, guided: first frame {first:?}, fifth {fifth:?}");
     for found in [aimed, first, fifth] {
         assert!(found.0.agrees(&power.0, 3.0) && found.0.error < 0.1 * found.0.value);
@@ -198,7 +198,7 @@ fn a_caster_that_jumps_is_found_again() {
     let (here, there) = (scene_at(-1.0), scene_at(1.0));
     let reference = Reference::for_scene(&there);
     // Variances of the frames behind the jump.
-    let of = |emission: &'static Emission, still: u32, frames: u32| {
+    let variances = |emission: &'static Emission, still: u32, frames: u32| {
         let runs: Vec<Vec<Vec<Vec3>>> = (0..4)
             .map(|seed| {
                 let settings = Settings { emission, ..settings(16_384, 20 + seed) };
@@ -216,10 +216,10 @@ fn a_caster_that_jumps_is_found_again() {
         let of_frame = |frame: usize| -> Vec<_> { runs.iter().map(|run| run[frame].clone()).collect() };
         (0..frames as usize).map(|frame| reference.variance(&of_frame(frame), false)).collect::<Vec<_>>()
     };
-    let power = of(&POWER, 4, 1)[0];
+    let power = variances(&POWER, 4, 1)[0];
     // However long it was still before.
     for still in [4, 30] {
-        let guided = of(&GUIDED, still, 3);
+        let guided = variances(&GUIDED, still, 3);
         println!("variance by power {power:.4}, guided after {still} frames and a jump {guided:.4?}");
         assert!(guided.iter().all(|guided| *guided < 0.5 * power));
     }
@@ -229,7 +229,7 @@ fn a_caster_that_jumps_is_found_again() {
 #[test]
 fn splats_are_scored_too() {
     let scene = committed("ring");
-    let of = |emission, frame| {
+    let measured = |emission, frame| {
         let sums: Vec<f64> = (0..8)
             .map(|seed| {
                 let settings = Settings { emission, ..settings(131_072, 30 + seed) };
@@ -239,7 +239,7 @@ fn splats_are_scored_too() {
             .collect();
         Mean::from_samples(&sums)
     };
-    let (power, aimed, guided) = (of(&POWER, 0), of(&AIMED, 0), of(&GUIDED, 3));
+    let (power, aimed, guided) = (measured(&POWER, 0), measured(&AIMED, 0), measured(&GUIDED, 3));
     println!("power {power:?}, aimed {aimed:?}, guided {guided:?}");
     assert!(guided.agrees(&power, 3.0) && guided.agrees(&aimed, 3.0));
     assert!(power.error < 0.02 * power.value, "the test is too blunt");
@@ -296,11 +296,11 @@ fn a_room_of_mirrors_is_no_worse() {
 /// The fourth frame brings the light of emission by power, at a share of its variance at most.
 fn is_better(what: &str, scene: &Scene, limit: f64) {
     let reference = Reference::for_scene(scene);
-    let of = |emission, frame| {
+    let measured = |emission, frame| {
         let images = frames(scene, emission, 65_536, frame);
         (light(&images), reference.variance(&images, false))
     };
-    let (power, guided) = (of(&POWER, 0), of(&GUIDED, 3));
+    let (power, guided) = (measured(&POWER, 0), measured(&GUIDED, 3));
     println!("{what}: power {power:?}, guided {guided:?}: {:.1} times less", power.1 / guided.1);
     assert!(guided.0.agrees(&power.0, 3.0), "{what}");
     assert!(guided.1 < limit * power.1, "{what}");
@@ -366,8 +366,9 @@ fn animation(name: &str, emission: &'static Emission, seed: u32) -> Vec<[Vec<Vec
 fn no_frame_is_noisier_than_by_power(names: &[&str]) {
     let mut faults = Vec::new();
     for &name in names {
-        let of = |emission| (0..SEEDS).map(|seed| animation(name, emission, 50 + seed)).collect::<Vec<_>>();
-        let (power, guided) = (of(&POWER), of(&GUIDED));
+        let animations =
+            |emission| (0..SEEDS).map(|seed| animation(name, emission, 50 + seed)).collect::<Vec<_>>();
+        let (power, guided) = (animations(&POWER), animations(&GUIDED));
         let mut ratios = Vec::new();
         for frame in 0..FRAMES as usize {
             // All light, by both.

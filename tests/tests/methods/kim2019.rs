@@ -112,7 +112,7 @@ fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
         }
         mean
     };
-    let path = mean(&|of| of.path.clone());
+    let path = mean(&|image| image.path.clone());
     let with = |caustics| RenderedImage {
         width: 240,
         height: 135,
@@ -123,11 +123,11 @@ fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
     let reference = with(mean(&caustics));
     let measured_reference = MeasuredImage::new(&reference, &reference);
     let flip = |images: &[RenderedImage]| -> Vec<f64> {
-        let of = |image| {
+        let error = |image| {
             let measured = MeasuredImage::new(&with(caustics(image)), &reference);
-            (FLIP_CAUSTICS.of)(&Seen::one(&measured, &measured_reference)).unwrap().value
+            (FLIP_CAUSTICS.compute)(&Seen::one(&measured, &measured_reference)).unwrap().value
         };
-        images.iter().map(of).collect()
+        images.iter().map(error).collect()
     };
     let (kim, basic) = (flip(&kim), flip(&basic));
     // The same light paths: their noise falls out of a frame's ratio.

@@ -65,8 +65,8 @@ fn corner() -> Scene {
 fn a_still_view_shows_the_mean_of_its_frames() {
     let scene = corner();
     for pixel_filter in [0, PIXEL_FILTER_BOX] {
-        let [mut raw, mut kept] =
-            ALL.map(|of| session(&scene, &Settings { pixel_filter, ..settings(of, 3) }, 0));
+        let [mut raw, mut kept] = ALL
+            .map(|path_history| session(&scene, &Settings { pixel_filter, ..settings(path_history, 3) }, 0));
         let mut mean = Accumulation::default();
         for frame in 0..24 {
             for session in [&mut raw, &mut kept] {
@@ -138,7 +138,7 @@ fn what_blends_is_found_again_to_the_bit() {
 #[test]
 fn a_lamp_that_goes_out_leaves_no_ghost() {
     let (scene, step, count) = (committed("light-off"), 12, 18);
-    let [none, kept] = ALL.map(|of| animation(&scene, &settings(of, 0), count));
+    let [none, kept] = ALL.map(|path_history| animation(&scene, &settings(path_history, 0), count));
     let mean = |layers: &[Vec<Vec3>]| layers.iter().map(|l| total(l)).sum::<f64>() / layers.len() as f64;
     let (on, off) = (mean(&none[..step]), mean(&none[step..]));
     assert!(off < 0.9 * on, "the lamp makes a part of the light: {off} of {on}");
@@ -168,7 +168,8 @@ fn what_moves_keeps_its_light() {
         let reference = reference(&scene, 128, frames);
         let (mut energies, mut errors) = (Vec::new(), [0.0; 2]);
         for seed in 0..seeds {
-            let [none, kept] = ALL.map(|of| animation(&scene, &settings(of, seed), frames));
+            let [none, kept] =
+                ALL.map(|path_history| animation(&scene, &settings(path_history, seed), frames));
             let energy = |frames: &[Vec<Vec3>]| frames.iter().map(|layer| total(layer)).sum::<f64>();
             energies.push(energy(&kept) / energy(&none));
             for (error, run) in errors.iter_mut().zip([&none, &kept]) {
@@ -210,7 +211,7 @@ fn squares(layer: &[Vec3], reference: &[Vec3]) -> f64 {
 #[test]
 fn a_cut_equals_no_history() {
     let scene = committed("camera-cut");
-    let [none, kept] = ALL.map(|of| animation(&scene, &settings(of, 0), 14));
+    let [none, kept] = ALL.map(|path_history| animation(&scene, &settings(path_history, 0), 14));
     assert!(none[0] == kept[0] && none[12] == kept[12]);
     assert!(none[11] != kept[11] && none[13] != kept[13], "there is a history elsewhere");
 }
@@ -227,8 +228,8 @@ fn behind_dispersive_glass_nothing_is_lent() {
     b.block(pane, DVec3::new(-1.5, 0.05, 1.2), DVec3::new(1.5, 1.4, 1.4), false);
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
     let scene = b.build();
-    let [none, kept] = ALL.map(|of| {
-        let mut session = session(&scene, &settings(of, 0), 0);
+    let [none, kept] = ALL.map(|path_history| {
+        let mut session = session(&scene, &settings(path_history, 0), 0);
         (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
         session.image().expect("an image").path
     });
@@ -250,7 +251,7 @@ fn what_lies_below_a_coat_keeps_its_light() {
     // Seen at a slant: the coat is chosen often.
     b.camera(DVec3::new(0.0, 0.3, 2.0), DVec3::ZERO, 0.6);
     let scene = b.build();
-    let of = |path_history| {
+    let mean = |path_history| {
         let run = |seed| {
             let mut session = session(&scene, &settings(path_history, seed), 0);
             (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
@@ -258,7 +259,7 @@ fn what_lies_below_a_coat_keeps_its_light() {
         };
         Mean::from_samples(&(0..48).map(run).collect::<Vec<f64>>())
     };
-    let [none, kept] = ALL.map(of);
+    let [none, kept] = ALL.map(mean);
     println!("{none:?} {kept:?}");
     assert!(none.agrees(&kept, 3.0) && kept.error < 0.002 * kept.value, "{none:?} {kept:?}");
 }

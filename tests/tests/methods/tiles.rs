@@ -46,18 +46,18 @@ fn a_picture_of_tiles_is_the_picture_to_the_bit() {
         [(&BASIC, Sampler::Blue), (&PROGRESSIVE, Sampler::Sobol), (&PATH, Sampler::Independent)]
     {
         let emission = if method.gathers { &AIMED } else { &POWER };
-        let of = |tiles| Settings {
+        let with_tiles = |tiles| Settings {
             emission,
             sampler,
             pixel_filter: PIXEL_FILTER_BOX,
             auxiliary: true,
             ..settings(tiles)
         };
-        let mut whole = open(&scene, &of(1), method);
+        let mut whole = open(&scene, &with_tiles(1), method);
         let images = [0, 1].map(|index| frame(&mut whole, index));
         assert!(method.name == "path" || images[0].caustics.iter().any(|light| *light != Vec3::ZERO));
         for tiles in [4, 5] {
-            let mut tiled = open(&scene, &of(tiles), method);
+            let mut tiled = open(&scene, &with_tiles(tiles), method);
             assert_eq!(tiled.tiles(), tiles);
             assert_eq!([0, 1].map(|index| frame(&mut tiled, index)), images, "{} {tiles}", method.name);
             assert_eq!(tiled.display(&images[1]).unwrap(), whole.display(&images[1]).unwrap());

@@ -112,13 +112,13 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
         session.frame(frame).expect("a frame runs");
         let image = session.image().expect("an image");
         for pixel in 0..caustics.len() {
-            let of = |value: glam::Vec3| f64::from(value.element_sum()) / f64::from(frames);
-            caustics[pixel] += of(image.caustics[pixel]);
-            all[pixel] += of(image.caustics[pixel]) + of(image.path[pixel]);
+            let per_frame = |value: glam::Vec3| f64::from(value.element_sum()) / f64::from(frames);
+            caustics[pixel] += per_frame(image.caustics[pixel]);
+            all[pixel] += per_frame(image.caustics[pixel]) + per_frame(image.path[pixel]);
         }
     }
     let dark = 0.1 * all.iter().sum::<f64>() / all.len() as f64;
-    let of = |widens, radius_px, light_paths, seeds: u32| {
+    let error_and_light = |widens, radius_px, light_paths, seeds: u32| {
         let count = f64::from(seeds);
         let (mut error, mut light) = (0.0, 0.0);
         for seed in 0..seeds {
@@ -134,12 +134,12 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
     };
     let few = 1 << 12;
     let [narrow, wide, auto] =
-        [(false, 1.0), (false, WIDEST), (true, 1.0)].map(|(widens, px)| of(widens, px, few, 32));
+        [(false, 1.0), (false, WIDEST), (true, 1.0)].map(|(widens, px)| error_and_light(widens, px, few, 32));
     println!("error and light: narrow {narrow:.4?}, wide {wide:.4?}, by photons {auto:.4?}");
     assert!(auto.0 < 0.95 * narrow.0.min(wide.0));
     // Wide discs take light beside narrow ones, which give none back: less and less, the more paths there are.
     let many = 1 << 17;
-    let [narrow_many, auto_many] = [false, true].map(|widens| of(widens, 1.0, many, 2));
+    let [narrow_many, auto_many] = [false, true].map(|widens| error_and_light(widens, 1.0, many, 2));
     println!("of many paths: narrow {narrow_many:.4?}, by photons {auto_many:.4?}");
     assert!((auto.1 - narrow.1).abs() < 0.05 && (auto_many.1 - narrow_many.1).abs() < 0.01);
     let by = |gather| image(&mut open(&scene, &settings(1 << 12, 1), gather), 2).caustics;

@@ -133,7 +133,9 @@ fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
             .iter()
             .map(|(image, _)| {
                 let measured = MeasuredImage::new(image, &reference);
-                (FLIP_CAUSTICS.of)(&Seen::one(&measured, &measured_reference)).expect("finite images").value
+                (FLIP_CAUSTICS.compute)(&Seen::one(&measured, &measured_reference))
+                    .expect("finite images")
+                    .value
             })
             .collect();
         Mean::from_samples(&errors)

@@ -122,8 +122,8 @@ impl Run {
             let times = self.session.frame(frame)?;
             let wall = start.elapsed();
             let written = missing.binary_search(&frame).is_ok();
-            let of = (frame, self.plan.time_of(frame), written);
-            records.push(RenderedFrame::new(of, wall, &times, self.session.counters()?));
+            let frame_info = (frame, self.plan.time_of(frame), written);
+            records.push(RenderedFrame::new(frame_info, wall, &times, self.session.counters()?));
             if written {
                 self.write(frame)?;
             }

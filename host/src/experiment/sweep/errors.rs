@@ -32,8 +32,8 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, cell: &Cell) -> anyhow::
             Kept::Stopped => return Ok(false),
             Kept::Reused => {}
             Kept::Rendered | Kept::Replaced => {
-                let (count, of) = (index + 1, compared.len());
-                (sweep.on_message)(&format!("{}: reference {count} of {of} rendered", scene.name));
+                let (count, total) = (index + 1, compared.len());
+                (sweep.on_message)(&format!("{}: reference {count} of {total} rendered", scene.name));
             }
         }
     }

@@ -249,9 +249,9 @@ fn timed_sizes(config: &Config, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>>
 fn per_pixel(config: &Config, timed_size: Option<(u32, u32)>, cells: &[Cell]) -> Vec<Cell> {
     let size = timed_size.or(config.error.as_ref().map(|error| (error.width.0, error.height.0)));
     let pixels = size.map_or(1.0, |(width, height)| f64::from(width) * f64::from(height));
-    let of = |cell: &Cell| match cell.paths {
+    let to_per_pixel = |cell: &Cell| match cell.paths {
         Paths::Count(count) => Cell { paths: Paths::PerPixel(f64::from(count) / pixels), ..cell.clone() },
         _ => cell.clone(),
     };
-    cells.iter().map(of).collect()
+    cells.iter().map(to_per_pixel).collect()
 }

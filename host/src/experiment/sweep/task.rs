@@ -79,11 +79,12 @@ impl SweepContext<'_> {
 /// Frames of both, each with what either knows.
 pub fn joined(a: &[FrameResult], b: &[FrameResult]) -> Vec<FrameResult> {
     let mut all: BTreeMap<u32, FrameResult> = BTreeMap::new();
-    for of in a.iter().chain(b) {
-        let frame =
-            all.entry(of.frame).or_insert_with(|| FrameResult { frame: of.frame, ..Default::default() });
-        frame.total_ms = of.total_ms.or(frame.total_ms);
-        frame.values.extend(of.values.iter().map(|(key, value)| (key.clone(), *value)));
+    for result in a.iter().chain(b) {
+        let frame = all
+            .entry(result.frame)
+            .or_insert_with(|| FrameResult { frame: result.frame, ..Default::default() });
+        frame.total_ms = result.total_ms.or(frame.total_ms);
+        frame.values.extend(result.values.iter().map(|(key, value)| (key.clone(), *value)));
     }
     all.into_values().collect()
 }

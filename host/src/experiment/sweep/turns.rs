@@ -39,7 +39,8 @@ struct Ready<'a> {
 /// Measures whatever is missing of tasks of one scene and runner. False where it was stopped.
 pub fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> {
     let has_time = |task: &Task| {
-        sweep.config.time.is_none() || sweep.results.read(&task.identity).is_some_and(|of| of.time.is_some())
+        sweep.config.time.is_none()
+            || sweep.results.read(&task.identity).is_some_and(|result| result.time.is_some())
     };
     let (timed, untimed): (Vec<&Task>, Vec<&Task>) = group.iter().partition(|task| has_time(task));
     // Times that are known wait for their errors only.

@@ -37,7 +37,7 @@ pub fn features(pixels_per_degree: f64) -> [Weights; 3] {
     let deviation = 0.5 * WIDTH_DEGREES * pixels_per_degree;
     let radius = (3.0 * deviation).ceil() as i32;
     let gauss = |x: f64| (-x * x / (2.0 * deviation * deviation)).exp();
-    let of = |shape: &dyn Fn(f64) -> f64| -> Weights {
+    let sample_weights = |shape: &dyn Fn(f64) -> f64| -> Weights {
         let weights: Weights = (-radius..=radius).map(|x| shape(f64::from(x))).collect();
         let sum = |sign: f64| weights.iter().map(|weight| (sign * weight).max(0.0)).sum::<f64>();
         let (positive, negative) = (sum(1.0), sum(-1.0));
@@ -47,7 +47,7 @@ pub fn features(pixels_per_degree: f64) -> [Weights; 3] {
             .collect()
     };
     let curvature = |x: f64| (x * x / (deviation * deviation) - 1.0) * gauss(x);
-    [of(&gauss), of(&|x| -x * gauss(x)), of(&curvature)]
+    [sample_weights(&gauss), sample_weights(&|x| -x * gauss(x)), sample_weights(&curvature)]
 }
 
 /// Filters each row of a plane; outside the image its border is repeated.

@@ -83,8 +83,8 @@ mod tests {
 
     #[test]
     fn triangles_of_a_box_are_together_in_the_order_of_the_first() {
-        let of = |size: f32| Aabb { min: Vec3A::ZERO, max: Vec3A::splat(size) };
-        let boxes = [3.0, 1.0, 3.0, 2.0, 1.0, 3.0].map(of);
+        let cube = |size: f32| Aabb { min: Vec3A::ZERO, max: Vec3A::splat(size) };
+        let boxes = [3.0, 1.0, 3.0, 2.0, 1.0, 3.0].map(cube);
         let groups = Groups::from_boxes(&boxes);
         let all: Vec<&[u32]> = (0..groups.count()).map(|group| groups.get(group)).collect();
         assert_eq!(all, [&[0, 2, 5][..], &[1, 4], &[3]]);
@@ -106,11 +106,11 @@ mod tests {
         let (one, other) = pairs.next().unwrap();
         let word = 0x3f80_0000;
         // After the third word both have the same state.
-        let of = |(state, low): (u64, u32)| Aabb {
+        let to_box = |(state, low): (u64, u32)| Aabb {
             min: Vec3A::new(f32::from_bits(low), 0.0, f32::from_bits(word ^ (state ^ one.0) as u32)),
             max: Vec3A::splat(2.0),
         };
-        let [a, b] = [of(one), of(other)];
+        let [a, b] = [to_box(one), to_box(other)];
         assert!(hash(&a) == hash(&b) && bits(&a) != bits(&b));
         let groups = Groups::from_boxes(&[a, b, b, a, b]);
         let all: Vec<&[u32]> = (0..groups.count()).map(|group| groups.get(group)).collect();

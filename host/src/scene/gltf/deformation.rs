@@ -162,15 +162,17 @@ fn pulls(
     let attribute = |semantic: Semantic| surface.primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let mut pulls = vec![Pull::default(); vertices];
     for set in 0..(MAX_PULLS / 4) as u32 {
-        let (Some(of), Some(weights)) = (attribute(Semantic::Joints(set)), attribute(Semantic::Weights(set)))
+        let (Some(joint_ids), Some(weights)) =
+            (attribute(Semantic::Joints(set)), attribute(Semantic::Weights(set)))
         else {
             break;
         };
-        let of = mesh::vertex_attribute::<4>(document, of, vertices, "joints", owner)?;
+        let joint_ids = mesh::vertex_attribute::<4>(document, joint_ids, vertices, "joints", owner)?;
         let weights = mesh::vertex_attribute::<4>(document, weights, vertices, "weights of joints", owner)?;
-        for (vertex, ((pull, of), weights)) in pulls.iter_mut().zip(of).zip(weights).enumerate() {
+        for (vertex, ((pull, joint_ids), weights)) in pulls.iter_mut().zip(joint_ids).zip(weights).enumerate()
+        {
             for at in 0..4 {
-                let (joint, weight) = (of[at], weights[at]);
+                let (joint, weight) = (joint_ids[at], weights[at]);
                 // Where nothing pulls, files leave any number.
                 if weight == 0.0 {
                     continue;

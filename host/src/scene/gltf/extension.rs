@@ -49,8 +49,8 @@ pub fn fallbacks(document: &Value, has_binary: bool) -> Vec<bool> {
     let (buffers, views) = (list("buffers"), list("bufferViews"));
     let mut is_read = vec![false; buffers.len()];
     let mut is_compressed = is_read.clone();
-    let mark = |of: &mut Vec<bool>, view: &Value| {
-        let buffer = view["buffer"].as_u64().and_then(|buffer| of.get_mut(buffer as usize));
+    let mark = |flags: &mut Vec<bool>, view: &Value| {
+        let buffer = view["buffer"].as_u64().and_then(|buffer| flags.get_mut(buffer as usize));
         buffer.into_iter().for_each(|mark| *mark = true);
     };
     for view in views {

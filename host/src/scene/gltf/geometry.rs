@@ -169,10 +169,10 @@ impl Geometry {
         }
     }
 
-    /// Rows of the triangles of the world, around an origin (m).
-    pub fn rows(&self, origin: DVec3) -> (Vec<Triangle>, Vec<TriangleSurface>) {
+    /// Records of the triangles of the world, around an origin (m).
+    pub fn triangle_records(&self, origin: DVec3) -> (Vec<Triangle>, Vec<TriangleSurface>) {
         let local = |corner: &Corner| (corner.position - origin).as_vec3();
-        let row = |([a, b, c], &Detail { material, .. }): (&[Corner; 3], &Detail)| {
+        let record = |([a, b, c], &Detail { material, .. }): (&[Corner; 3], &Detail)| {
             let triangle = Triangle { a: local(a), b: local(b), c: local(c) };
             let face = geometry::face_normal(&triangle);
             let normal = |corner: &Corner| corner.normal.unwrap_or(face);
@@ -185,7 +185,7 @@ impl Geometry {
             };
             (triangle, surface)
         };
-        self.corners.par_iter().zip(&self.details).map(row).unzip()
+        self.corners.par_iter().zip(&self.details).map(record).unzip()
     }
 
     /// The meshes in spaces of their own, once the rest is read.

@@ -72,8 +72,8 @@ pub fn name_blended_media(
     names: &[String],
     textures: &TextureParts,
 ) {
-    for (index, (material, row)) in materials.iter().zip(&textures.materials).enumerate() {
-        if row.blends != 0 && material.is_medium() && !textures.is_opaque(row) {
+    for (index, (material, record)) in materials.iter().zip(&textures.materials).enumerate() {
+        if record.blends != 0 && material.is_medium() && !textures.is_opaque(record) {
             let label = unsupported::label("material", index, Some(&names[index]));
             document.warn(
                 &label,

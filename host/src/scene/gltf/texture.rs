@@ -89,7 +89,7 @@ pub fn read(document: &mut Document) -> Result<Read, SceneError> {
     reader.document.sections.materials = materials;
     let mut parts = reader.load()?;
     parts.materials.push(MaterialTextures::default());
-    let is_plain = |row: &MaterialTextures| *row == MaterialTextures::default();
+    let is_plain = |record: &MaterialTextures| *record == MaterialTextures::default();
     if parts.materials.iter().all(is_plain) {
         parts.materials.clear();
     }
@@ -108,7 +108,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn material(&mut self, material: &Value, owner: &str) -> Result<Option<Mapping>, SceneError> {
-        let mut row = MaterialTextures::default();
+        let mut record = MaterialTextures::default();
         let mut mapping: Option<(Mapping, &str)> = None;
         for (pointer, role, name) in SLOTS {
             let Some(info) = material.pointer(pointer).filter(|info| !info.is_null()) else { continue };
@@ -126,12 +126,12 @@ impl Reader<'_> {
                 }
             };
             match name {
-                "baseColorTexture" => row.base_color = texture,
-                "metallicRoughnessTexture" => row.metallic_roughness = texture,
-                "emissiveTexture" => row.emissive = texture,
+                "baseColorTexture" => record.base_color = texture,
+                "metallicRoughnessTexture" => record.metallic_roughness = texture,
+                "emissiveTexture" => record.emissive = texture,
                 _ => {
-                    row.normal = texture;
-                    row.normal_scale = info["scale"].as_f64().map_or(1.0, |scale| scale as f32);
+                    record.normal = texture;
+                    record.normal_scale = info["scale"].as_f64().map_or(1.0, |scale| scale as f32);
                 }
             }
             let found = Mapping::from_info(info);
@@ -146,27 +146,27 @@ impl Reader<'_> {
         }
 
         let alpha = material["pbrMetallicRoughness"]["baseColorFactor"][3].as_f64();
-        row.alpha = alpha.map_or(1.0, |alpha| alpha as f32);
+        record.alpha = alpha.map_or(1.0, |alpha| alpha as f32);
         match material["alphaMode"].as_str() {
             Some("MASK") => {
-                row.alpha_cutoff = material["alphaCutoff"].as_f64().map_or(0.5, |cutoff| cutoff as f32);
+                record.alpha_cutoff = material["alphaCutoff"].as_f64().map_or(0.5, |cutoff| cutoff as f32);
             }
-            Some("BLEND") => row.blends = 1,
+            Some("BLEND") => record.blends = 1,
             // Alpha means nothing else.
-            _ => row.alpha = 1.0,
+            _ => record.alpha = 1.0,
         }
-        self.tame(&mut row, owner, material["name"].as_str().unwrap_or(owner))?;
-        let has_normal_map = row.normal != MaterialTextures::default().normal;
-        self.parts.materials.push(row);
+        self.tame(&mut record, owner, material["name"].as_str().unwrap_or(owner))?;
+        let has_normal_map = record.normal != MaterialTextures::default().normal;
+        self.parts.materials.push(record);
         Ok(mapping.map(|(mapping, _)| Mapping { has_normal_map, ..mapping }))
     }
 
     /// Moves factors that are out of range to its nearer end.
-    fn tame(&mut self, row: &mut MaterialTextures, owner: &str, name: &str) -> Result<(), SceneError> {
+    fn tame(&mut self, record: &mut MaterialTextures, owner: &str, name: &str) -> Result<(), SceneError> {
         for (member, factor, min, max) in [
-            ("baseColorFactor[3]", &mut row.alpha, 0.0, 1.0),
-            ("alphaCutoff", &mut row.alpha_cutoff, 0.0, f32::MAX),
-            ("normalTexture.scale", &mut row.normal_scale, f32::MIN, f32::MAX),
+            ("baseColorFactor[3]", &mut record.alpha, 0.0, 1.0),
+            ("alphaCutoff", &mut record.alpha_cutoff, 0.0, f32::MAX),
+            ("normalTexture.scale", &mut record.normal_scale, f32::MIN, f32::MAX),
         ] {
             if (min..=max).contains(factor) {
                 continue;
@@ -233,9 +233,13 @@ impl Reader<'_> {
         let is_missing = |texture: u32| {
             self.parts.textures.get(texture as usize).is_some_and(|t| self.missing.contains(&t.image))
         };
-        for row in &mut self.parts.materials {
-            let slots =
-                [&mut row.base_color, &mut row.metallic_roughness, &mut row.emissive, &mut row.normal];
+        for record in &mut self.parts.materials {
+            let slots = [
+                &mut record.base_color,
+                &mut record.metallic_roughness,
+                &mut record.emissive,
+                &mut record.normal,
+            ];
             for slot in slots.into_iter().filter(|slot| is_missing(**slot)) {
                 *slot = NONE;
             }

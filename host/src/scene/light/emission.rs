@@ -23,12 +23,12 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
     if emission == DVec3::ZERO || material.flags & VARIES == 0 {
         return emission;
     }
-    let row = scene.textures.material_textures[id];
+    let record = scene.textures.material_textures[id];
     let mut texels = 1.0_f32;
     if let Some(coordinates) = scene.textures.texture_coordinates.get(triangle as usize) {
         let (b, c) = (coordinates.uv_b - coordinates.uv_a, coordinates.uv_c - coordinates.uv_a);
         let longest = b.length().max(c.length()).max((c - b).length());
-        for texture in [row.emissive, row.base_color] {
+        for texture in [record.emissive, record.base_color] {
             if let Some(texture) = scene.textures.textures.get(texture as usize) {
                 texels = texels.max(longest * texture.width.max(texture.height) as f32);
             }

@@ -87,10 +87,14 @@ fn the_front_is_plus_z_and_angles_go_to_plus_x_and_up() {
 /// The options of a name, read as the command line does.
 fn read(name: &str) -> Viewpoint {
     let words: Vec<&str> = name.split(' ').collect();
-    let of = |option: &str| words[words.iter().position(|word| *word == option).unwrap() + 1];
-    let position = |option| Some(of(option).parse::<Position>().unwrap());
-    let choice =
-        CameraChoice::from_options(None, position("--from"), position("--look-at"), of("--fov").parse().ok());
+    let value = |option: &str| words[words.iter().position(|word| *word == option).unwrap() + 1];
+    let position = |option| Some(value(option).parse::<Position>().unwrap());
+    let choice = CameraChoice::from_options(
+        None,
+        position("--from"),
+        position("--look-at"),
+        value("--fov").parse().ok(),
+    );
     let CameraChoice::Placed(viewpoint) = choice.unwrap() else { panic!("{name} places a camera") };
     viewpoint
 }

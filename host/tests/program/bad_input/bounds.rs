@@ -43,12 +43,12 @@ fn textures_beyond_memory_are_refused_undecoded() {
     let primitive = scene.primitive();
     let material = |index: usize| json!({ "emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": { "baseColorTexture": { "index": index } } });
     scene.json["materials"] = (0..20).map(material).collect();
-    let of = |material: usize| {
+    let with_material = |material: usize| {
         let mut primitive = primitive.clone();
         primitive["material"] = json!(material);
         primitive
     };
-    let mesh = json!({ "primitives": (0..20).map(of).collect::<Vec<_>>() });
+    let mesh = json!({ "primitives": (0..20).map(with_material).collect::<Vec<_>>() });
     scene.json["meshes"].as_array_mut().unwrap().fill(mesh);
     scene.write();
     refuses_in_4_gib(

@@ -17,7 +17,7 @@ use crate::interface::scene::SceneTables;
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
 use crate::pass::shoot;
-use crate::pass::shoot::receive::Receive;
+use crate::pass::shoot::photon_sink::PhotonSink;
 use crate::platform::{AtomicWords, Slots, Uncounted};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
@@ -92,28 +92,28 @@ impl<'a> Compare<'a> {
 
     /// The slot of a photon.
     #[inline(always)]
-    fn row(&self, photon: u32) -> u32 {
+    fn slot(&self, photon: u32) -> u32 {
         self.path * VALIDATION_PHOTONS + photon
     }
 }
 
-impl Receive for Compare<'_> {
+impl PhotonSink for Compare<'_> {
     /// Photons of the path so far.
     type PathState = u32;
 
     #[inline(always)]
-    fn receive(&mut self, count: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
+    fn store_photon(&mut self, count: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
         if *count >= VALIDATION_PHOTONS {
             return;
         }
-        let row = self.row(*count);
+        let slot = self.slot(*count);
         let now = ValidationPhoton {
             position: geometry.position,
             // Frames may have more light paths or fewer.
             flux: light.flux.element_sum() * self.params.light_path_count as f32,
             instance: geometry.instance,
         };
-        let before = self.photons.read(row);
+        let before = self.photons.read(slot);
         if self.compares() {
             let mut frame = 0;
             while frame < LightFrame::count(before.instance | now.instance) {
@@ -126,7 +126,7 @@ impl Receive for Compare<'_> {
                 frame += 1;
             }
         }
-        self.photons.write(row, now);
+        self.photons.write(slot, now);
         *count += 1;
     }
 }
@@ -153,8 +153,8 @@ impl Compare<'_> {
     #[inline(always)]
     pub fn close(&mut self, mut count: u32) {
         while count < VALIDATION_PHOTONS {
-            let row = self.row(count);
-            let before = self.photons.read(row);
+            let slot = self.slot(count);
+            let before = self.photons.read(slot);
             if self.compares() && before.flux > 0.0 {
                 let mut frame = 0;
                 while frame < LightFrame::count(before.instance) {
@@ -164,7 +164,7 @@ impl Compare<'_> {
                     frame += 1;
                 }
             }
-            self.photons.write(row, ValidationPhoton::default());
+            self.photons.write(slot, ValidationPhoton::default());
             count += 1;
         }
     }

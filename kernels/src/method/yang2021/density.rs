@@ -53,7 +53,7 @@ pub fn density_sum(
     density_pyramid.write(slot, sum);
 }
 
-/// The new density of a texel, counted over all maps, from its old row and the pyramids of the last frame.
+/// The new density of a texel, counted over all maps, from its old first and the pyramids of the last frame.
 #[inline(always)]
 pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u32]) -> DensityTexel {
     let (map, texel_in_map) = (texel / DensityPyramid::TEXELS, texel % DensityPyramid::TEXELS);
@@ -71,12 +71,12 @@ pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u3
         (if y > 0 { y - 1 } else { y }, if y + 1 < DensityPyramid::SIDE { y + 1 } else { y });
     let smooth = (old + at(left, y) + at(right, y) + at(x, below) + at(x, above)) * 0.2;
 
-    let row = (texel * FEEDBACK_WORDS) as usize;
-    let (photons, paths) = (feedback[row + 4], feedback[row + 5]);
+    let first = (texel * FEEDBACK_WORDS) as usize;
+    let (photons, paths) = (feedback[first + 4], feedback[first + 5]);
     let mut new = old;
     if photons > 0 {
         let sum = |word: usize| {
-            let quanta = Quanta { low: feedback[row + word], high: feedback[row + word + 1] };
+            let quanta = Quanta { low: feedback[first + word], high: feedback[first + word + 1] };
             quanta.to_f32(1.0 / FEEDBACK_INVERSE_QUANTUM)
         };
         let (mean, square) = (sum(0) / photons as f32, sum(2) / photons as f32);

@@ -68,7 +68,7 @@ fn validate(runners: &mut RunnerPair, paths: Paths<'_>, table: &mut Table) {
         tolerance.except(2.0e-3, PATHS)
     });
     let records = fields.iter().flat_map(|field| field.indices.iter());
-    let parted: BTreeSet<u32> = records.map(|&row| row as u32 / VALIDATION_PHOTONS).collect();
+    let parted: BTreeSet<u32> = records.map(|&record| record as u32 / VALIDATION_PHOTONS).collect();
     let unexplained: Vec<_> =
         parted.iter().filter(|&&path| paths.explain_validation(path, diverges).is_none()).collect();
     eprintln!("{stored} photons of validation; diverging paths {parted:?}, unexplained {unexplained:?}");
@@ -85,7 +85,7 @@ fn cells(runners: &mut RunnerPair) -> Vec<Difference> {
     let (cpu, gpu) = runners.records::<u32>("validation_cells");
     let cells = |words: &[u32]| words.chunks_exact(WORDS as usize).map(Cell::new).collect::<Vec<_>>();
     let (cpu, gpu) = (cells(&cpu), cells(&gpu));
-    let total = |of: fn(&Cell) -> i64| cpu.iter().map(|cell| of(cell) as usize).sum::<usize>();
+    let total = |quantity: fn(&Cell) -> i64| cpu.iter().map(|cell| quantity(cell) as usize).sum::<usize>();
     let (marks, light) = (total(|cell| cell.marks), total(|cell| cell.before));
     assert!(marks > 0 && light > 0, "no marks");
     let paths = "0.2 % of the paths may diverge, or mark across a cell's face";
@@ -95,8 +95,8 @@ fn cells(runners: &mut RunnerPair) -> Vec<Difference> {
     let rounds = "0.2 % of the paths may diverge, and a mark in ten may round to the next unit";
     // A path that diverges changes by all of its light, which is that of a mark in the mean.
     let squares = (light as f64 / marks as f64 * light as f64) as usize;
-    type Of = fn(&Cell) -> i64;
-    let sums: [(&str, Of, usize, f64, &'static str); 6] = [
+    type Quantity = fn(&Cell) -> i64;
+    let sums: [(&str, Quantity, usize, f64, &'static str); 6] = [
         ("marks", |cell| cell.marks, marks, 2.0e-3, paths),
         ("moved", |cell| cell.moved, moved, rounded, rounds),
         ("changes", |cell| cell.changes, marks, 2.0e-3, paths),
@@ -104,8 +104,9 @@ fn cells(runners: &mut RunnerPair) -> Vec<Difference> {
         ("change", |cell| cell.change, light, 2.0e-3, paths),
         ("squares", |cell| cell.squares, squares, 2.0e-3, paths),
     ];
-    let compare = |(name, of, total, share, reason): (&str, Of, usize, f64, &'static str)| {
-        let apart = cpu.iter().zip(&gpu).map(|(a, b)| of(a).abs_diff(of(b)) as usize).sum::<usize>();
+    let compare = |(name, quantity, total, share, reason): (&str, Quantity, usize, f64, &'static str)| {
+        let apart =
+            cpu.iter().zip(&gpu).map(|(a, b)| quantity(a).abs_diff(quantity(b)) as usize).sum::<usize>();
         all(name, total, apart, share, reason)
     };
     sums.into_iter().map(compare).collect()
@@ -131,7 +132,7 @@ impl Cell {
 
 /// Whether two versions of a path differ as the comparison forbids.
 fn diverges(a: &[Photon], b: &[Photon]) -> bool {
-    let row = |photons: &[Photon]| -> Vec<ValidationPhoton> {
+    let validation_photons = |photons: &[Photon]| -> Vec<ValidationPhoton> {
         let records = photons.iter().take(VALIDATION_PHOTONS as usize);
         records
             .map(|(geometry, light)| ValidationPhoton {
@@ -141,7 +142,7 @@ fn diverges(a: &[Photon], b: &[Photon]) -> bool {
             })
             .collect()
     };
-    let (a, b) = (row(a), row(b));
+    let (a, b) = (validation_photons(a), validation_photons(b));
     let tolerance = |field: &Field| if field.name == "flux" { FLUX } else { NEAR };
     a.len() != b.len()
         || records(&a, &b, Tolerance::EXACT, tolerance).iter().any(|difference| difference.exceeding > 0)
@@ -188,19 +189,19 @@ fn remembered(runners: &mut RunnerPair) -> Vec<Difference> {
 pub fn points(runners: &mut RunnerPair, buffer: &str) -> Vec<Difference> {
     let (cpu, gpu) = runners.records::<HistoryPoint>(buffer);
     let mut found = vec![];
-    let column = |points: &[HistoryPoint], of: fn(&HistoryPoint) -> Vec3| -> Vec<f32> {
-        points.iter().flat_map(|point| of(point).to_array()).collect()
+    let column = |points: &[HistoryPoint], vector: fn(&HistoryPoint) -> Vec3| -> Vec<f32> {
+        points.iter().flat_map(|point| vector(point).to_array()).collect()
     };
     let step = Tolerance { absolute: 0.0, ..NEAR };
-    type Of = fn(&HistoryPoint) -> Vec3;
-    let vectors: [(&str, Of, Tolerance); 4] = [
+    type Vector = fn(&HistoryPoint) -> Vec3;
+    let vectors: [(&str, Vector, Tolerance); 4] = [
         ("position", |point| point.position, NEAR),
         ("radius, samples", |point| Vec3::new(point.radius, point.samples, 0.0), step),
         ("normal", |point| octahedral::decode(point.normal), NEAR),
         ("to_viewer", |point| octahedral::decode(point.to_viewer), NEAR),
     ];
-    for (name, of, tolerance) in vectors {
-        found.push(floats(name, 3, &column(&cpu, of), &column(&gpu, of), tolerance));
+    for (name, vector, tolerance) in vectors {
+        found.push(floats(name, 3, &column(&cpu, vector), &column(&gpu, vector), tolerance));
     }
     let ids = |points: &[HistoryPoint]| points.iter().map(|point| point.material).collect::<Vec<_>>();
     found.push(words("material", 1, &ids(&cpu), &ids(&gpu), Tolerance::EXACT));

@@ -33,7 +33,7 @@ fn smooth_faces_reflect_all_channels_and_transmit_one() {
             let carried = indices.carried;
             let (surface, interface) =
                 Bsdf::new(flint(1.5), viewer(cos), indices, 0.25, Classes::ALL, false, Features::ALL);
-            let exact = indices.etas.to_array().map(|eta| fresnel::dielectric(cos, eta));
+            let exact = indices.etas.to_array().map(|eta| fresnel::dielectric_reflectance(cos, eta));
             let (mut reflected, mut transmitted) = (Vec3::ZERO, Vec3::ZERO);
             for path in 0..count {
                 let u = Rng::new(Stream::Camera, 51, path, 0).next4();

@@ -104,7 +104,7 @@ fn the_choice_before_the_facet_is_near_the_best_one() {
                     let second = moments.at(f64::from(reflection_probability(&material, cos, eta)));
                     excess += second / moments.minimum() - 1.0;
                     largest = largest.max(second);
-                    let at = |cos: f32| caustics_kernels::surface::fresnel::dielectric(cos, eta);
+                    let at = |cos: f32| caustics_kernels::surface::fresnel::dielectric_reflectance(cos, eta);
                     let other = at((cos - alpha).max(0.0)) + at(cos) + at((cos + alpha).min(1.0));
                     other_excess += moments.at(f64::from(0.02 + 0.31 * other)) / moments.minimum() - 1.0;
                     count += 1.0;

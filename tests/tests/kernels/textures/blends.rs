@@ -191,10 +191,10 @@ fn chances_of_layers_and_of_rays_are_independent() {
 }
 
 /// A pane with a texture in a lit room.
-fn pane_of(row: impl Fn(&mut Builder) -> MaterialTextures) -> Scene {
+fn pane_of(record: impl Fn(&mut Builder) -> MaterialTextures) -> Scene {
     let mut b = mixed_room();
-    let row = row(&mut b);
-    let pane = b.textured(lambert(0.7), row);
+    let record = record(&mut b);
+    let pane = b.textured(lambert(0.7), record);
     b.panel(pane, DVec3::new(0.0, -0.2, 0.5), 0.3 * DVec3::X, 0.3 * DVec3::Y);
     b.build()
 }

@@ -44,7 +44,7 @@ const ALPHAS: [Alpha; 3] = [Alpha::Whole, Alpha::Holes, Alpha::Blends];
 fn light(alpha: Alpha) -> (Scene, f64) {
     let mut b = Builder::default();
     let emissive = b.texture(Role::Color, 8, 8, glow);
-    let mut row = MaterialTextures { emissive, ..MaterialTextures::default() };
+    let mut record = MaterialTextures { emissive, ..MaterialTextures::default() };
     let byte = |x: u32, y: u32| match (alpha, (x / 2 + y / 2).is_multiple_of(2)) {
         (Alpha::Whole, _) | (_, false) => 255,
         (Alpha::Holes, true) => 0,
@@ -52,17 +52,17 @@ fn light(alpha: Alpha) -> (Scene, f64) {
     };
     let mut factor = 1.0;
     if alpha != Alpha::Whole {
-        row.base_color = b.texture(Role::Color, 8, 8, |x, y| [255, 255, 255, byte(x, y)]);
+        record.base_color = b.texture(Role::Color, 8, 8, |x, y| [255, 255, 255, byte(x, y)]);
         if alpha == Alpha::Holes {
-            row.alpha_cutoff = 0.5;
+            record.alpha_cutoff = 0.5;
         } else {
-            (row.alpha, row.blends, factor) = (0.75, 1, 0.75);
+            (record.alpha, record.blends, factor) = (0.75, 1, 0.75);
         }
         // Sharp holes, so that a sum over texels is the exact mean.
-        b.textures.textures[row.base_color as usize].nearest = true;
+        b.textures.textures[record.base_color as usize].nearest = true;
         b.textures.textures[emissive as usize].nearest = true;
     }
-    let glowing = b.textured(emitter(RADIANCE as f32), row);
+    let glowing = b.textured(emitter(RADIANCE as f32), record);
     let floor = b.material(lambert(0.5));
     b.panel(glowing, DVec3::new(0.0, 1.0, 0.0), 0.5 * DVec3::X, -0.5 * DVec3::NEG_Z);
     b.panel(floor, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);

@@ -19,8 +19,8 @@ fn screened(screen: bool, cutoff: f32) -> Scene {
     let floor = b.material(lambert(0.5));
     let alpha = |x: u32, y: u32| [255, 255, 255, if (x + y).is_multiple_of(2) { 255 } else { 0 }];
     let base_color = b.texture(Role::Color, 16, 16, alpha);
-    let row = MaterialTextures { base_color, alpha_cutoff: cutoff, ..MaterialTextures::default() };
-    let leaves = b.textured(lambert(0.0), row);
+    let record = MaterialTextures { base_color, alpha_cutoff: cutoff, ..MaterialTextures::default() };
+    let leaves = b.textured(lambert(0.0), record);
     b.panel(floor, DVec3::ZERO, 1.0 * DVec3::Z, 1.0 * DVec3::X);
     if screen {
         b.panel(leaves, DVec3::new(0.0, 0.5, 0.0), 4.0 * DVec3::Z, 4.0 * DVec3::X);

@@ -14,15 +14,15 @@ use glam::{DVec3, Vec3};
 /// `mixed_room` with a normal map of this texel on the walls and the ball.
 fn bumped(texel: Option<[u8; 4]>) -> Scene {
     let mut b = Builder::default();
-    let row = match texel {
+    let record = match texel {
         Some(texel) => {
             let normal = b.texture(Role::Normal, 4, 4, |_, _| texel);
             MaterialTextures { normal, ..MaterialTextures::default() }
         }
         None => MaterialTextures::default(),
     };
-    let wall = b.textured(lambert(0.6), row);
-    let ball = b.textured(metal(0.9, 0.0), row);
+    let wall = b.textured(lambert(0.6), record);
+    let ball = b.textured(metal(0.9, 0.0), record);
     let light = b.material(emitter(40.0));
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
     b.sphere(ball, DVec3::new(-0.35, -0.645, 0.1), 0.35, 48, 24);

@@ -178,8 +178,8 @@ fn constant_textures_are_constant_at_every_level() {
 fn level_grows_by_one_when_the_distance_doubles() {
     let mut b = Builder::default();
     let texture = b.texture(Role::Color, 256, 128, noise);
-    let row = MaterialTextures { base_color: texture, ..MaterialTextures::default() };
-    let wall = b.textured(lambert(1.0), row);
+    let record = MaterialTextures { base_color: texture, ..MaterialTextures::default() };
+    let wall = b.textured(lambert(1.0), record);
     b.panel(wall, DVec3::ZERO, 2.0 * DVec3::X, 1.0 * DVec3::Y);
     let scene = b.build();
     let features = scene.features(0.25);

@@ -7,7 +7,7 @@ use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::math::rng::Rng;
-use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::surface::scatter::BsdfSample;
 use caustics_tests::direct::*;
@@ -196,7 +196,7 @@ impl<E: Emit> Emit for OfBeam<'_, E> {
 #[derive(Default)]
 struct Images(Vec<(usize, DVec3, DVec3)>);
 
-impl Receive for Images {
+impl PhotonSink for Images {
     /// The direction from the light, and faces passed.
     type PathState = (Vec3, u32);
 
@@ -208,7 +208,7 @@ impl Receive for Images {
         path_state.1 += u32::from(departure.sampled.transmitted);
     }
 
-    fn receive(&mut self, path_state: &mut (Vec3, u32), geometry: PhotonGeometry, light: PhotonLight) {
+    fn store_photon(&mut self, path_state: &mut (Vec3, u32), geometry: PhotonGeometry, light: PhotonLight) {
         if (geometry.scatterings, path_state.1) == (2, 2) {
             let channel = (0..3).find(|&channel| light.flux[channel] > 0.0).expect("it carries light");
             assert_eq!(light.flux[channel], light.flux.element_sum(), "a path has one channel");

@@ -166,11 +166,11 @@ fn discs_take_no_light_through_walls_and_round_corners() {
 /// to the bit. Without the wall it does not.
 #[test]
 fn wall_of_half_a_radius_lets_no_caustic_through() {
-    let of = |wall| {
+    let rendered = |wall| {
         let settings = Settings { radius_px: 3.0, ..settings(32, 32, 100_000) };
         render(&half_room(wall), &settings, "photons-grid", None, 0, 1).remove(0).0
     };
-    let (dark, lit) = (of(Some(0.01)), of(None));
+    let (dark, lit) = (rendered(Some(0.01)), rendered(None));
     let centre = dark.radius[16 * 32 + 16];
     assert!(centre > 0.04, "the wall is 0.02 m thick, discs have {centre} m");
     assert!(mean_of(&lit.caustics) > 1e-3, "the test has lost its subject");

@@ -10,7 +10,7 @@ use caustics_kernels::light::emit::EmissionSample;
 use caustics_kernels::math::rng::Stream;
 use caustics_kernels::pass::collect::observer::{CollectionPoint, PathObserver};
 use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix, follow};
-use caustics_kernels::pass::shoot::receive::Receive;
+use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::pass::shoot::shoot;
 use caustics_kernels::surface::class::Classes;
 use caustics_kernels::surface::dispersion::Indices;
@@ -165,7 +165,7 @@ impl PathObserver for Escapes {
 #[derive(Default)]
 struct Fluxes(Vec<f64>);
 
-impl Receive for Fluxes {
+impl PhotonSink for Fluxes {
     type PathState = f32;
 
     fn start(&mut self, path_state: &mut f32, emission: &EmissionSample) {
@@ -174,7 +174,7 @@ impl Receive for Fluxes {
     fn scatter(&mut self, path_state: &mut f32, _: &BsdfSample, flux: Vec3) {
         self.0.push(f64::from(flux.x / *path_state));
     }
-    fn receive(&mut self, _: &mut f32, _: PhotonGeometry, _: PhotonLight) {}
+    fn store_photon(&mut self, _: &mut f32, _: PhotonGeometry, _: PhotonLight) {}
 }
 
 /// In a white furnace a path through white rough glass weighs what masking leaves, however often it is scattered: the second moment of

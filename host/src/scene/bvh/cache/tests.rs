@@ -269,20 +269,20 @@ fn boxes_of_the_plan_are_those_of_its_triangles() {
 fn files_that_were_not_used_for_longest_go_when_there_is_no_room() {
     let (_folder, mut cache) = cache(1 << 30);
     let all = [300, 301, 302].map(|count| soup(count, 0.1));
-    let find = |cache: &BvhCache, of: usize| cache.find(&key(&all[of]), &all[of]).is_some();
-    let age = |of: usize, cache: &BvhCache, seconds: u64| {
-        let file = File::options().append(true).open(cache.folder.join(key(&all[of]).file_name()));
+    let find = |cache: &BvhCache, index: usize| cache.find(&key(&all[index]), &all[index]).is_some();
+    let age = |index: usize, cache: &BvhCache, seconds: u64| {
+        let file = File::options().append(true).open(cache.folder.join(key(&all[index]).file_name()));
         file.unwrap().set_modified(SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(seconds)).unwrap();
     };
-    for (of, triangles) in all[..2].iter().enumerate() {
+    for (index, triangles) in all[..2].iter().enumerate() {
         cache.keep(key(triangles), &made(triangles)).unwrap();
-        age(of, &cache, 10 + of as u64);
+        age(index, &cache, 10 + index as u64);
     }
     // The older one is used: it is no longer that.
     assert!(find(&cache, 0));
     cache.max_bytes = 5 * std::fs::metadata(&files(&cache)[0]).unwrap().len() / 2;
     cache.keep(key(&all[2]), &made(&all[2])).unwrap();
-    assert_eq!([0, 1, 2].map(|of| find(&cache, of)), [true, false, true]);
+    assert_eq!([0, 1, 2].map(|index| find(&cache, index)), [true, false, true]);
     // One that has no room alone is not kept, and takes no other's.
     cache.max_bytes = 100;
     cache.keep(key(&all[1]), &made(&all[1])).unwrap();

@@ -39,8 +39,8 @@ pub fn read(document: &Document, source: &Value) -> Result<Image, String> {
             let texel = |image: &Option<Image>| match image {
                 None => [255; 4],
                 Some(image) => {
-                    let along = |at: u32, of: u32, side: u32| {
-                        (u64::from(at) * u64::from(side) / u64::from(of)) as usize
+                    let along = |at: u32, length: u32, side: u32| {
+                        (u64::from(at) * u64::from(side) / u64::from(length)) as usize
                     };
                     let (x, y) = (along(column, width, image.width), along(row, height, image.height));
                     image.texels[y * image.width as usize + x]

@@ -66,14 +66,14 @@ fn bytes(numbers: &[u16]) -> Vec<u8> {
 
 #[test]
 fn indices_are_what_they_were() {
-    let of = |stream, count| words(&indices::triangles(stream, count, 4).unwrap());
+    let decoded = |stream, count| words(&indices::triangles(stream, count, 4).unwrap());
     let plain = [0, 1, 2, 2, 1, 3, 4, 6, 5, 7, 8, 9];
-    assert_eq!(of(TRIANGLES_0, 12), plain);
+    assert_eq!(decoded(TRIANGLES_0, 12), plain);
     let short = indices::triangles(TRIANGLES_0, 12, 2).unwrap();
     assert_eq!(short, bytes(&plain.map(|index| index as u16)));
     // With restarts and differences from the last.
-    assert_eq!(of(TRIANGLES_1, 15), [0, 1, 2, 2, 1, 3, 0, 1, 2, 2, 1, 5, 2, 1, 4]);
-    assert_eq!(of(THREE_EDGES, 12), [0, 1, 2, 1, 0, 3, 2, 1, 4, 0, 2, 5]);
+    assert_eq!(decoded(TRIANGLES_1, 15), [0, 1, 2, 2, 1, 3, 0, 1, 2, 2, 1, 5, 2, 1, 4]);
+    assert_eq!(decoded(THREE_EDGES, 12), [0, 1, 2, 1, 0, 3, 2, 1, 4, 0, 2, 5]);
     assert_eq!(words(&indices::sequence(SEQUENCE, 6, 4).unwrap()), [0, 1, 51, 2, 49, 1000]);
 }
 

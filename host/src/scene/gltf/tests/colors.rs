@@ -46,8 +46,8 @@ fn colours_that_vary_are_a_texture() {
         let scene = load(&document, &binary).unwrap();
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
         let textures = &scene.textures;
-        let row = textures.materials[scene.surfaces[0].material as usize];
-        let texture = textures.textures[row.base_color as usize];
+        let record = textures.materials[scene.surfaces[0].material as usize];
+        let texture = textures.textures[record.base_color as usize];
         // Triangles that lie beside each other on the image alone are never mixed.
         assert_eq!((texture.width, texture.height, texture.level_count), (2, 2, 1));
         // Each corner is at its colour, whichever way the triangle runs.

@@ -45,8 +45,8 @@ fn textures_that_cannot_be_had_are_flat() {
         assert!(load_strictly(&document, &binary).is_err());
         // The factors: white that emits one from 0.5 m^2.
         assert!((scene.flux - Vec3::splat(0.5 * PI)).length() < 1e-5, "{}", scene.flux);
-        let row = scene.textures.materials.first().copied().unwrap_or_default();
-        assert_eq!([row.base_color, row.emissive, row.normal], [NONE; 3]);
+        let record = scene.textures.materials.first().copied().unwrap_or_default();
+        assert_eq!([record.base_color, record.emissive, record.normal], [NONE; 3]);
     }
     // One of two images: the other stays.
     let mut document = whole;
@@ -54,8 +54,8 @@ fn textures_that_cannot_be_had_are_flat() {
     document["textures"].as_array_mut().unwrap().push(json!({ "source": 1 }));
     document["materials"][0]["normalTexture"] = json!({ "index": 1 });
     let scene = forgiven(&document, &binary, &["gone.png", "; its factor alone is rendered"]);
-    let row = scene.textures.materials[0];
-    assert_eq!((row.base_color, row.normal), (0, NONE));
+    let record = scene.textures.materials[0];
+    assert_eq!((record.base_color, record.normal), (0, NONE));
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn damaged_images_are_flat() {
         let mut damaged = binary.clone();
         damaged[at] ^= 0x55;
         let scene = load(&document, &damaged).unwrap();
-        let is_flat = scene.textures.materials.first().is_none_or(|row| row.base_color == NONE);
+        let is_flat = scene.textures.materials.first().is_none_or(|record| record.base_color == NONE);
         assert_eq!(
             is_flat,
             scene.warnings.iter().any(|warning| warning.contains("factor alone")),

@@ -51,10 +51,13 @@ fn textures_are_read_from_png_and_jpeg() {
         document["materials"][0]["alphaCutoff"] = json!(0.125);
         let scene = load(&document, &binary).unwrap();
         let textures = &scene.textures;
-        let row = textures.materials[0];
-        assert_eq!((row.alpha, row.alpha_cutoff, row.normal_scale), (0.25, 0.125, 0.5));
+        let record = textures.materials[0];
+        assert_eq!((record.alpha, record.alpha_cutoff, record.normal_scale), (0.25, 0.125, 0.5));
         // One image as a colour and as normals: two textures, and each its own texels.
-        assert_eq!((row.base_color, row.emissive, row.normal, row.metallic_roughness), (0, 0, 1, NONE));
+        assert_eq!(
+            (record.base_color, record.emissive, record.normal, record.metallic_roughness),
+            (0, 0, 1, NONE)
+        );
         assert_eq!((textures.textures.len(), textures.texels.len()), (2, 6));
         let [color, normal] = textures.textures[..] else { panic!("two textures") };
         assert_eq!((color.encoding, normal.encoding), (ENCODING_SRGB, ENCODING_NORMAL));
@@ -92,8 +95,8 @@ fn blending_is_read_and_scales_emission() {
     for (alpha, blends) in [(0.25, true), (1.0, false)] {
         set(&mut document, alpha);
         let scene = load(&document, &binary).unwrap();
-        let row = scene.textures.materials[0];
-        assert_eq!((f64::from(row.alpha), row.alpha_cutoff, row.blends), (alpha, 0.0, 1));
+        let record = scene.textures.materials[0];
+        assert_eq!((f64::from(record.alpha), record.alpha_cutoff, record.blends), (alpha, 0.0, 1));
         assert_eq!(scene.materials[0].flags & FLAG_BLEND != 0, blends);
         assert!((f64::from(scene.flux.x / whole.flux.x) - alpha).abs() < 1e-5);
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);

@@ -28,17 +28,17 @@ fn variants_are_chosen_by_name() {
         json!({ "KHR_materials_variants": { "variants": [{ "name": "day" }, { "name": "night" }] } });
     document["meshes"][0]["primitives"][0]["extensions"] =
         json!({ "KHR_materials_variants": { "mappings": [{ "material": 1, "variants": [1] }] } });
-    let of = |variant: Option<&str>| {
+    let with_variant = |variant: Option<&str>| {
         let bytes = pack(&serde_json::to_vec(&document).unwrap(), &tiny_binary());
         let options = LoadOptions { variant: variant.map(Into::into), ..LoadOptions::default() };
         super::super::read("tiny.glb", &bytes, Path::new("."), &options)
     };
     for (variant, material) in [(None, 0), (Some("day"), 0), (Some("night"), 1)] {
-        let scene = of(variant).unwrap();
+        let scene = with_variant(variant).unwrap();
         assert_eq!(scene.surfaces[0].material, material);
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     }
-    refuses(of(Some("dusk")), &["\"dusk\"", "day, night"]);
+    refuses(with_variant(Some("dusk")), &["\"dusk\"", "day, night"]);
 }
 
 #[test]
@@ -66,17 +66,17 @@ fn animations_are_chosen_by_name() {
         json!({ "name": name, "samplers": [sampler], "channels": [channel] })
     };
     document["animations"] = json!([animation("walk", first + 1), animation("run", first + 2)]);
-    let of = |name: Option<&str>| {
+    let with_animation = |name: Option<&str>| {
         let options = LoadOptions { animation: name.map(Into::into), ..LoadOptions::default() };
         load_as(&document, &binary, &options)
     };
     for (name, x) in [(Some("walk"), 5.0), (Some("run"), 7.0), (None, 7.0)] {
-        let scene = of(name).unwrap();
+        let scene = with_animation(name).unwrap();
         let rig = &scene.rig;
         assert_eq!(rig.at(1.0).unwrap().to_world[0].translation.x, x, "{name:?}");
         assert_eq!(scene.warnings.len(), usize::from(name.is_none()), "{:?}", scene.warnings);
     }
-    refuses(of(Some("fly")), &["\"fly\"", "walk, run"]);
+    refuses(with_animation(Some("fly")), &["\"fly\"", "walk, run"]);
 }
 
 #[test]
@@ -116,8 +116,8 @@ fn specular_glossiness_is_converted() {
     let scene = glossy(json!({
         "diffuseTexture": { "index": 0 }, "specularFactor": [0.04, 0.04, 0.04], "glossinessFactor": 0.75,
     }));
-    let row = scene.textures.materials[0];
-    assert_eq!((row.base_color, row.metallic_roughness), (0, 1));
+    let record = scene.textures.materials[0];
+    assert_eq!((record.base_color, record.metallic_roughness), (0, 1));
     let texel = |texture: u32| {
         let texture = scene.textures.textures[texture as usize];
         assert_eq!((texture.width, texture.height), (2, 1));

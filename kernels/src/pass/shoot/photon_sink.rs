@@ -1,4 +1,4 @@
-//! The trait of `shoot`: what becomes of a photon, and what is followed on the way to it.
+//! Photon sinks: what the light paths of `shoot` store their photons in.
 
 use crate::interface::counters::{Counter, PhotonState};
 use crate::interface::point::{PhotonGeometry, PhotonLight};
@@ -9,9 +9,9 @@ use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
 use spirv_std::glam::Vec3;
 
-/// Receives the photons of a light path. What else it may ask to see of the way costs nothing where it does not.
-pub trait Receive {
-    /// State of a path, which changes along it. A receiver on a GPU holds buffers and does not change: a compiler there may die of
+/// Stores the photons of a light path, and may observe the path; what it does not observe costs nothing.
+pub trait PhotonSink {
+    /// State of a path, which changes along it. A sink on a GPU holds buffers and does not change: a compiler there may die of
     /// buffers that a loop carries.
     type PathState: Copy + Default;
 
@@ -24,12 +24,17 @@ pub trait Receive {
     /// The path leaves a surface with this flux (W).
     #[inline(always)]
     fn scatter(&mut self, _path_state: &mut Self::PathState, _departure: &BsdfSample, _flux: Vec3) {}
-    /// Takes one photon.
-    fn receive(&mut self, path_state: &mut Self::PathState, geometry: PhotonGeometry, light: PhotonLight);
+    /// Stores one photon.
+    fn store_photon(
+        &mut self,
+        path_state: &mut Self::PathState,
+        geometry: PhotonGeometry,
+        light: PhotonLight,
+    );
 }
 
 /// Stores photons for a gather.
-pub struct Store<'a> {
+pub struct PhotonStore<'a> {
     /// Slots of `photon_geometry`.
     pub geometry: Slots<'a, PhotonGeometry>,
     /// Slots of `photon_light`.
@@ -42,7 +47,7 @@ pub struct Store<'a> {
     pub capacity: u32,
 }
 
-impl Store<'_> {
+impl PhotonStore<'_> {
     /// Counts the photons of a path that found no room.
     #[inline(always)]
     pub fn close<C: Atomics>(&self, dropped: u32, counters: &mut C) {
@@ -52,7 +57,7 @@ impl Store<'_> {
     }
 }
 
-impl Receive for Store<'_> {
+impl PhotonSink for PhotonStore<'_> {
     /// Photons of the path that found no room.
     type PathState = u32;
 
@@ -64,7 +69,7 @@ impl Receive for Store<'_> {
     }
 
     #[inline(always)]
-    fn receive(&mut self, dropped: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
+    fn store_photon(&mut self, dropped: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
         let slot = self.state.add(PhotonState::Stored as u32, 1);
         if slot < self.capacity {
             self.geometry.write(slot, geometry);

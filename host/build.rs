@@ -1,4 +1,4 @@
-//! Tells the host whether the committed SPIR-V still is what the kernels' sources say, and what the host's own are.
+//! Tells the host whether the committed SPIR-V still is what the kernels' sources say, and which compiler builds it.
 
 #[path = "../kernels/builder/src/fingerprint.rs"]
 mod fingerprint;
@@ -35,20 +35,4 @@ fn main() {
         text.split_whitespace().take(2).collect::<Vec<_>>().join(" ")
     });
     println!("cargo::rustc-env=CAUSTICS_COMPILER={compiler}");
-    let commit = std::process::Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output();
-    let commit = commit.ok().filter(|output| output.status.success());
-    let commit =
-        commit.map_or("unknown".into(), |output| String::from_utf8_lossy(&output.stdout).trim().to_string());
-    println!("cargo::rustc-env=CAUSTICS_COMMIT={commit}");
-    // By this a checkpoint knows the program that wrote it.
-    let host = fingerprint::fingerprint(Path::new(""), &["src"]).unwrap_or(commit);
-    println!("cargo::rustc-env=CAUSTICS_HOST_HASH={host}");
-    println!("cargo::rerun-if-changed=src");
-    // Where git keeps them: in a worktree `.git` is a file.
-    for watched in ["HEAD", "logs/HEAD"] {
-        let path = std::process::Command::new("git").args(["rev-parse", "--git-path", watched]).output();
-        if let Some(output) = path.ok().filter(|output| output.status.success()) {
-            println!("cargo::rerun-if-changed={}", String::from_utf8_lossy(&output.stdout).trim());
-        }
-    }
 }

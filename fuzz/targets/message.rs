@@ -4,12 +4,12 @@
 
 // The program is no library: what its messages need of it is compiled here.
 #[allow(dead_code)]
-#[path = "../../host/src/command/view/look.rs"]
+#[path = "../../host/cli/src/command/view/look.rs"]
 mod look;
 #[allow(dead_code)]
-#[path = "../../host/src/command/view/request.rs"]
+#[path = "../../host/cli/src/command/view/request.rs"]
 mod request;
-#[path = "../../host/src/command/view/taken.rs"]
+#[path = "../../host/cli/src/command/view/taken.rs"]
 mod taken;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

@@ -51,6 +51,7 @@ mod machine;
 pub mod memory;
 pub mod metric;
 pub mod output;
+pub mod program;
 pub mod renamed;
 pub mod rendered_image;
 pub mod report;

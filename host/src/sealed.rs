@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::memory::{self, Short};
+use crate::program::{Program, program};
 
 /// Bytes of the checksum, at the end and little-endian.
 const CHECKSUM_BYTES: usize = 4;
@@ -44,30 +45,6 @@ impl Unusable {
     }
 }
 
-/// A build of the program.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct Program {
-    version: String,
-    commit: String,
-    /// Hash of the host's sources: a commit says nothing of changes that were not committed, and too much where only a
-    /// document changed.
-    sources: String,
-}
-
-impl Program {
-    fn this() -> Program {
-        Program {
-            version: env!("CARGO_PKG_VERSION").into(),
-            commit: env!("CAUSTICS_COMMIT").into(),
-            sources: env!("CAUSTICS_HOST_HASH").into(),
-        }
-    }
-
-    fn name(&self) -> String {
-        format!("caustics {} (commit {}, sources {})", self.version, self.commit, self.sources)
-    }
-}
-
 #[derive(Serialize, Deserialize)]
 struct Line<H> {
     program: Program,
@@ -95,7 +72,7 @@ pub fn write<H: Serialize, W: Write>(
 ) -> std::io::Result<()> {
     let mut summed = Summed { file, checksum: crc32fast::Hasher::new() };
     summed.write_all(first_line(kind).as_bytes())?;
-    serde_json::to_writer(&mut summed, &Line { program: Program::this(), head })?;
+    serde_json::to_writer(&mut summed, &Line { program: program().clone(), head })?;
     summed.write_all(b"\n")?;
     payload(&mut summed)?;
     let Summed { mut file, checksum } = summed;
@@ -125,7 +102,7 @@ pub fn open<'a, H: DeserializeOwned>(kind: &str, bytes: &'a [u8]) -> Result<(H, 
     // The first line is too far from these two bytes for a few flipped bits.
     if bytes.starts_with(b"{\"") {
         let theirs = "an older version that wrote no checksum".into();
-        return Err(Unusable::Version { theirs, ours: Program::this().name() });
+        return Err(Unusable::Version { theirs, ours: program().name() });
     }
     let (content, checksum) =
         bytes.split_last_chunk::<CHECKSUM_BYTES>().ok_or_else(|| Unusable::damaged("it is cut off"))?;
@@ -163,7 +140,7 @@ fn no(kind: &str) -> Unusable {
 fn parse<H: DeserializeOwned>(line: &[u8]) -> Result<H, Unusable> {
     memory::check(memory::json_tree_bytes(line)).map_err(Unusable::Memory)?;
     let line: Line<serde_json::Value> = serde_json::from_slice(line).map_err(Unusable::damaged)?;
-    let ours = Program::this();
+    let ours = program();
     if (&line.program.version, &line.program.sources) != (&ours.version, &ours.sources) {
         return Err(Unusable::Version { theirs: line.program.name(), ours: ours.name() });
     }
@@ -210,7 +187,7 @@ mod tests {
         let mut other = file();
         other.truncate(other.len() - CHECKSUM_BYTES);
         let text = String::from_utf8(other).unwrap();
-        let other = text.replace(env!("CAUSTICS_HOST_HASH"), "0123456789abcdef").into_bytes();
+        let other = text.replace(&program().sources, "0123456789abcdef").into_bytes();
         let other = [&other[..], &crc32fast::hash(&other).to_le_bytes()].concat();
         let error = open::<(String, u32)>("note", &other).unwrap_err();
         assert!(error.to_string().contains("sources 0123456789abcdef"), "{error}");

@@ -3,7 +3,7 @@
 
 At 1280 and 390 pixels, light and dark, or as asked: no console error, nothing is loaded, nothing overflows, charts answer to pointer,
 tap and keys, the switch switches, the legend hides, the wipe follows drag and keys, tables sort, and text can be read.
-Prints what failed and ends with 1. The report is that of `leaves_a_report` in host/tests/measure/report.rs.
+Prints what failed and ends with 1. The report is that of `leaves_a_report` in host/cli/tests/measure/report.rs.
 """
 
 import shutil

@@ -13,6 +13,7 @@ use crate::file;
 use crate::hash::DIGITS;
 use crate::output::png;
 use crate::output::target::Target;
+use crate::program::program;
 use crate::{kernels, machine, memory};
 
 /// Digits of identities: those of today, and those of results that were measured before.
@@ -150,7 +151,7 @@ pub fn read_all(folder: &Path) -> anyhow::Result<Vec<CellResult>> {
 pub fn provenance(device: String, seed: u32, wall_s: f64) -> Provenance {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     Provenance {
-        commit: env!("CAUSTICS_COMMIT").into(),
+        commit: program().commit.clone(),
         kernels: kernels::SOURCES.into(),
         device,
         machine: machine::description().into(),

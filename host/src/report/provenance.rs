@@ -8,6 +8,7 @@ use maud::{Markup, html};
 
 use super::load::Measured;
 use crate::experiment::result::Provenance;
+use crate::program::program;
 use crate::shell;
 use crate::text::printable;
 
@@ -95,7 +96,7 @@ pub fn inline(cells: &[Measured], commands: &[String]) -> Markup {
             }
             dt { "measuring took" } dd { (wall) }
             @if let Some(span) = span { dt { "measured (UTC)" } dd { (span) } }
-            dt { "report made by" } dd { code { "caustics " (env!("CARGO_PKG_VERSION")) ", " (env!("CAUSTICS_COMMIT")) } }
+            dt { "report made by" } dd { code { "caustics " (program().version) ", " (program().commit) } }
         }
         h3 { "To make it again" }
         pre tabindex="0" { code { (commands.join("\n")) } }

@@ -13,16 +13,17 @@ use crate::layers::all_files;
 const NOT_BY_SCRIPTS: [&str; 2] = ["images::every_picture_is_what_it_was", "caught::tests::child"];
 
 /// Roots of the targets that have tests.
-const TARGETS: [(&str, &str); 14] = [
+const TARGETS: [(&str, &str); 15] = [
     ("caustics-kernels", "kernels/src/lib.rs"),
     ("caustics-kernel-macros", "kernels/macros/src/lib.rs"),
     ("cargo-kernels", "kernels/command/src/main.rs"),
     ("kernel-builder", "kernels/builder/src/main.rs"),
     ("caustics", "host/src/lib.rs"),
+    ("caustics-cli", "host/cli/src/main.rs"),
     ("caustics-scenes", "scenes/src/lib.rs"),
     ("caustics-tests", "tests/src/lib.rs"),
-    ("program", "host/tests/program/main.rs"),
-    ("measure", "host/tests/measure/main.rs"),
+    ("program", "host/cli/tests/program/main.rs"),
+    ("measure", "host/cli/tests/measure/main.rs"),
     ("gpu", "tests/tests/gpu/main.rs"),
     ("architecture", "tests/tests/architecture/main.rs"),
     ("kernels", "tests/tests/kernels/main.rs"),
@@ -304,7 +305,8 @@ pub fn documents() -> Vec<PathBuf> {
 fn every_test_that_a_document_names_exists() {
     let tests = tests();
     let mut command_count = 0;
-    let sources = [Path::new("host/src/commands_page.rs"), Path::new("tests/tests/architecture/images.rs")];
+    let sources =
+        [Path::new("host/cli/src/commands_page.rs"), Path::new("tests/tests/architecture/images.rs")];
     for path in documents().into_iter().chain(sources.map(|path| root().join(path))) {
         for command in test_commands(&std::fs::read_to_string(&path).unwrap()) {
             assert_eq!(unknown_names(&command, tests), [""; 0], "{}", path.display());

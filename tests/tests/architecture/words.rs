@@ -109,7 +109,7 @@ const BANNED: &[Banned] = &[
     banned(
         &["lane", "lanes"],
         "render job, channel",
-        &["host/src/command", "host/src/image_file", "host/src/output"],
+        &["host/cli/src/command", "host/src/image_file", "host/src/output"],
         NOWHERE,
     ),
     banned(&["told", "said"], "message, printed", CODE, NOWHERE),

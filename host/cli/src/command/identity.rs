@@ -1,0 +1,81 @@
+//! What a run is: by this a checkpoint knows its run, and `merge` its view.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use caustics::checkpoint::Identity;
+use caustics::kernels;
+use caustics::program::program;
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_kernels::method::Method;
+
+/// All that decides the bits of the run.
+pub fn identity(
+    scene: &Scene,
+    camera: &str,
+    settings: &Settings,
+    method: &Method,
+    gather: &str,
+    choice: &RunnerChoice,
+    session: &Session,
+) -> Identity {
+    let mut identity = pose_independent(scene, camera, settings, method, gather, choice, session);
+    let viewpoint = format!("{:?} from {}", session.params(0).camera, scene.origin);
+    identity.insert("viewpoint".into(), viewpoint);
+    // Neither exposure nor the number of threads touches the sums.
+    let settings = Settings { exposure: 0.0, seed: 0, ..settings.clone() };
+    identity.insert("settings".into(), format!("{settings:?}"));
+    identity
+}
+
+/// What is the same at every pose, settings but the seed aside.
+pub fn pose_independent(
+    scene: &Scene,
+    camera: &str,
+    settings: &Settings,
+    method: &Method,
+    gather: &str,
+    choice: &RunnerChoice,
+    session: &Session,
+) -> Identity {
+    let device = match choice {
+        RunnerChoice::Cpu { .. } => "CPU".to_string(),
+        RunnerChoice::Gpu { hardware, .. } => format!("{}, ray queries {hardware}", session.device()),
+    };
+    let entry = |name: &str, value: String| (name.to_string(), value);
+    let params = session.params(0);
+    let additions = scene.additions.iter().map(|(name, what)| entry(name, what.clone()));
+    let own = [
+        entry("scene", format!("{} {}", scene.name, scene.fingerprint())),
+        entry("camera", camera.to_string()),
+        entry("background", params.background.to_string()),
+        entry("seed", settings.seed.to_string()),
+        entry("method", method.name.to_string()),
+        entry("gather", gather.to_string()),
+        entry("runner", device),
+        entry("kernels", kernels::SOURCES.to_string()),
+    ];
+    own.into_iter().chain(additions).collect()
+}
+
+/// What the EXR file of a run says of it, but for what only its end tells.
+pub fn attributes(identity: Identity, file: &Path, session: &Session) -> BTreeMap<String, String> {
+    let mut attributes = identity;
+    attributes.extend([
+        ("scene_file".into(), file.display().to_string()),
+        ("device".into(), session.device()),
+        ("commit".into(), program().commit.clone()),
+    ]);
+    attributes
+}
+
+/// Adds how many frames and seconds it took.
+pub fn end(attributes: &mut BTreeMap<String, String>, frames: u32, seconds: f64) {
+    attributes.insert("frames".into(), frames.to_string());
+    // Set by who wants equal files of equal runs (reproducible-builds.org).
+    if std::env::var_os("SOURCE_DATE_EPOCH").is_none() {
+        attributes.insert("seconds".into(), seconds.to_string());
+    }
+}

@@ -1,0 +1,97 @@
+//! `caustics inspect`: what light transport did at a pixel.
+
+use std::process::ExitCode;
+
+use caustics::accumulation::BATCHES;
+use caustics::inspect::Inspection;
+use caustics::program::program;
+use caustics::scene::{self, Staged};
+use caustics::session::Session;
+use caustics::settings::Settings;
+use serde::Serialize;
+
+use self::table::table;
+use super::console::print;
+use super::open::open_edited;
+use super::options::settings;
+use super::pick::pick;
+use super::render::configuration;
+use super::warn::warn;
+use crate::cli::{Inspect, Usage};
+
+mod table;
+
+/// What is printed as JSON.
+#[derive(Serialize)]
+struct Output<'a> {
+    scene: &'a str,
+    file: String,
+    camera: &'a str,
+    time_s: f64,
+    method: &'static str,
+    emission: &'static str,
+    caustics: &'static str,
+    width: u32,
+    height: u32,
+    max_bounces: u32,
+    seed: u32,
+    device: String,
+    commit: &'static str,
+    #[serde(flatten)]
+    inspection: &'a Inspection,
+}
+
+/// Renders the frame, and those before it, and tells what happened at the pixel.
+pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
+    let Inspect { pixel, frame, view, time, .. } = options;
+    let (cell, preset) = configuration(&options.parameters, options.preset, *frame > 0)?;
+    let frames = frame.checked_add(1).ok_or_else(|| Usage(format!("--frame {frame}: give a smaller one")))?;
+    let method = cell.method;
+    let settings = settings(view, &cell, preset.frames().max(frames))?;
+    let settings = Settings { batches: BATCHES, ..settings.for_method(method) };
+    if !time.is_finite() {
+        return Err(Usage(format!("--time {time}: give a number of seconds")).into());
+    }
+    if pixel.x >= view.width || pixel.y >= view.height {
+        let (x, y, width, height) = (pixel.x, pixel.y, view.width, view.height);
+        return Err(Usage(format!("--pixel {x},{y}: the image has {width} by {height} px")).into());
+    }
+    let file = scene::resolve(&options.scene)?;
+    let Staged { mut scene, camera, .. } =
+        open_edited(&file, view, &options.loading, options.edits.as_deref())?;
+    scene.pose(*time)?;
+    let camera = scene.camera(Some(&camera))?;
+    let gather = cell.gather.filter(|_| method.chooses_gather);
+    let (choice, variant, _) = pick(cell.asked_runner, &options.machine, gather)?;
+    warn(&scene, method, &settings);
+    let features = cell.features(&scene, settings.specular_roughness);
+    let mut session = Session::new(&choice, &scene, camera, &settings, method, variant, features)?;
+    session.keep_starts(true);
+    for frame in 0..frames {
+        session.frame(frame)?;
+    }
+    let inspection = session.inspect(&scene, pixel.x, pixel.y, options.photons)?;
+    if options.json {
+        let output = Output {
+            scene: &scene.name,
+            file: file.display().to_string(),
+            camera: &camera.name,
+            time_s: *time,
+            method: method.name,
+            emission: settings.emission.name,
+            caustics: settings.caustics.name(),
+            width: settings.width,
+            height: settings.height,
+            max_bounces: settings.max_bounces,
+            seed: settings.seed,
+            device: session.device(),
+            commit: &program().commit,
+            inspection: &inspection,
+        };
+        print(serde_json::to_string_pretty(&output)?)?;
+    } else {
+        print(format_args!("{}, method {}, {}", scene.name, method.name, session.device()))?;
+        print(table(&inspection))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

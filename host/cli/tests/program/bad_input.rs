@@ -1,0 +1,207 @@
+//! Bad input: an error that names the file or the flag and says what to do, exit code 1 or 2, never a panic, and no
+//! file left behind.
+
+mod bounds;
+mod document;
+mod inputs;
+mod memory;
+mod options;
+mod outputs;
+mod terminal;
+mod textures;
+mod threads;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// The smallest render that still shoots light paths.
+const TINY: [&str; 8] = ["--width", "16", "--height", "9", "--light-paths", "1000", "--runner", "cpu"];
+
+/// What a run of the program gave.
+struct Run {
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+fn caustics(folder: &Path, arguments: &[&str]) -> Run {
+    let output = Command::new(env!("CARGO_BIN_EXE_caustics"))
+        .current_dir(folder)
+        .args(arguments)
+        .timeout(std::time::Duration::from_secs(120))
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    Run { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
+}
+
+/// Runs a line of shell with the program as `$0`.
+#[cfg(unix)]
+fn shell(folder: &Path, line: &str) -> Run {
+    let output = Command::new("sh")
+        .current_dir(folder)
+        .args(["-c", line, env!("CARGO_BIN_EXE_caustics")])
+        .timeout(std::time::Duration::from_secs(60))
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    Run { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
+}
+
+/// Every file below a folder.
+fn listing(folder: &Path) -> BTreeSet<PathBuf> {
+    let mut files = BTreeSet::new();
+    for entry in folder.read_dir().unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(listing(&path));
+        }
+        files.insert(path);
+    }
+    files
+}
+
+/// Why a run is no proper refusal; none if it is one.
+fn fault(run: &Run, code: i32, words: &[&str]) -> Option<String> {
+    let missing: Vec<_> = words.iter().filter(|word| !run.stderr.contains(**word)).collect();
+    let fault = if run.code != Some(code) {
+        format!("exit code {:?}, not {code}", run.code)
+    } else if run.stderr.contains("panicked") || !run.stderr.starts_with("error: ") {
+        "no error message of its own".into()
+    } else if !missing.is_empty() {
+        format!("the message lacks {missing:?}")
+    } else if !run.stdout.is_empty() {
+        "it talks on stdout".into()
+    } else {
+        return None;
+    };
+    Some(format!("{fault}: {}", run.stderr))
+}
+
+/// Runs in `folder`, and demands a refusal with this exit code and these words that leaves the folder as it was.
+#[track_caller]
+fn refuses(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
+    let before = listing(folder);
+    let run = caustics(folder, arguments);
+    if let Some(fault) = fault(&run, code, words) {
+        panic!("{arguments:?}: {fault}");
+    }
+    assert_eq!(listing(folder), before, "{arguments:?} left something behind");
+}
+
+/// Renders `scene` with more options into `out.exr` of its folder, and demands a refusal.
+#[track_caller]
+fn render_refuses(folder: &Path, scene: &str, options: &[&str], code: i32, words: &[&str]) {
+    let arguments = [&["render", scene, "-o", "out.exr"], &TINY[..], options].concat();
+    refuses(folder, &arguments, code, words);
+}
+
+/// A committed scene, to be spoilt: its document and its buffer.
+pub struct Scene {
+    pub json: Value,
+    binary: Vec<u8>,
+    folder: TempDir,
+}
+
+impl Scene {
+    pub fn new(name: &str) -> Scene {
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+        let json = serde_json::from_slice(&std::fs::read(source.join("scene.gltf")).unwrap()).unwrap();
+        let binary = std::fs::read(source.join("scene.bin")).unwrap();
+        Scene { json, binary, folder: tempfile::tempdir().unwrap() }
+    }
+
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Writes `scene.gltf` and `scene.bin`.
+    pub fn write(&self) -> &Self {
+        std::fs::write(self.path().join("scene.gltf"), serde_json::to_vec(&self.json).unwrap()).unwrap();
+        std::fs::write(self.path().join("scene.bin"), &self.binary).unwrap();
+        self
+    }
+
+    /// The scene as a binary container.
+    fn container(&self) -> Vec<u8> {
+        let mut json = self.json.clone();
+        json["buffers"][0].as_object_mut().unwrap().remove("uri");
+        let mut json = serde_json::to_vec(&json).unwrap();
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let mut binary = self.binary.clone();
+        binary.resize(binary.len().next_multiple_of(4), 0);
+        let word = |value: usize| (value as u32).to_le_bytes();
+        let mut out = b"glTF".to_vec();
+        out.extend([word(2), word(28 + json.len() + binary.len()), word(json.len())].concat());
+        out.extend([b"JSON".as_slice(), &json, &word(binary.len()), b"BIN\0", &binary].concat());
+        out
+    }
+
+    /// Where the buffer holds an accessor of the first mesh's first primitive.
+    fn offset(&self, accessor: &Value) -> usize {
+        let accessor = &self.json["accessors"][accessor.as_u64().unwrap() as usize];
+        let view = &self.json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        (view["byteOffset"].as_u64().unwrap() + accessor["byteOffset"].as_u64().unwrap_or(0)) as usize
+    }
+
+    fn primitive(&self) -> Value {
+        self.json["meshes"][0]["primitives"][0].clone()
+    }
+
+    /// Overwrites the first coordinate of the first mesh.
+    fn set_first_coordinate(&mut self, value: f32) {
+        let at = self.offset(&self.primitive()["attributes"]["POSITION"]);
+        self.binary[at..at + 4].copy_from_slice(&value.to_le_bytes());
+    }
+
+    /// Index of the node of this name.
+    fn node(&self, name: &str) -> usize {
+        let nodes = self.json["nodes"].as_array().unwrap();
+        nodes.iter().position(|node| node["name"] == name).unwrap()
+    }
+
+    /// Demands a refusal where nothing may be replaced; else an image, and a warning with these words.
+    #[track_caller]
+    fn replaces(&self, words: &[&str]) {
+        self.write();
+        let words = [&["scene.gltf"], words].concat();
+        render_refuses(self.path(), "scene.gltf", &["--strict"], 1, &words);
+        let run = caustics(self.path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let is_named =
+            |line: &str| line.starts_with("warning: ") && words.iter().all(|word| line.contains(word));
+        assert!(run.stderr.lines().any(is_named), "{words:?}: {}", run.stderr);
+    }
+
+    #[track_caller]
+    fn refuses(&self, code: i32, words: &[&str]) {
+        self.write();
+        render_refuses(self.path(), "scene.gltf", &[], code, &[&["scene.gltf"], words].concat());
+    }
+}
+
+#[test]
+fn faults_are_found() {
+    let run = |code, stderr: &str| Run { code, stdout: String::new(), stderr: stderr.into() };
+    assert!(fault(&run(Some(1), "error: a.gltf: repair it"), 1, &["a.gltf"]).is_none());
+    assert!(fault(&run(Some(2), "error: a.gltf"), 1, &["a.gltf"]).is_some());
+    assert!(fault(&run(Some(1), "error: b.gltf"), 1, &["a.gltf"]).is_some());
+    assert!(fault(&run(Some(101), "thread 'main' panicked at"), 101, &[]).is_some());
+    assert!(fault(&run(None, "error: killed"), 1, &[]).is_some());
+}
+
+#[test]
+fn a_proper_scene_renders() {
+    let scene = Scene::new("mirror-room");
+    scene.write();
+    std::fs::write(scene.path().join("whole.glb"), scene.container()).unwrap();
+    for (file, out) in [("scene.gltf", "a.exr"), ("whole.glb", "b.exr")] {
+        let run = caustics(scene.path(), &[&["render", file, "-o", out], &TINY[..]].concat());
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        assert!(scene.path().join(out).is_file());
+    }
+}

@@ -1,0 +1,101 @@
+//! What the program says, and what it hears: streams, names in messages, interrupts.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::{Scene, TINY, caustics, fault, shell};
+
+#[test]
+#[cfg(target_os = "linux")]
+fn nobody_on_stderr_or_stdout_ends_no_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/ring");
+    let render = format!("\"$0\" render '{}' -o out.exr --force {}", ring.display(), TINY.join(" "));
+    for rest in ["2>/dev/full", "2>&-"] {
+        let run = shell(folder.path(), &format!("{render} {rest}"));
+        assert_eq!((run.code, run.stdout.as_str()), (Some(0), ""), "{rest}");
+        std::fs::remove_file(folder.path().join("out.exr")).unwrap();
+    }
+    // A reader that is gone before the first word.
+    let closed = |command: &str, file: &str| {
+        let line = format!(
+            "{{ sleep 0.2; {command}; echo $? > code; }} {file} | true; while [ ! -s code ]; do sleep 0.1; done; cat code; rm code"
+        );
+        shell(folder.path(), &line).stdout
+    };
+    assert_eq!(closed(&render, "2>&1"), "0\n");
+    assert!(folder.path().join("out.exr").is_file());
+    assert_eq!(closed("\"$0\" scene list", ""), "0\n");
+    // An error keeps its exit code.
+    assert_eq!(closed("\"$0\" scene info nowhere.glb", "2>&1"), "1\n");
+}
+
+#[test]
+fn names_of_a_file_command_no_terminal_and_drown_no_message() {
+    let active = "\u{1b}]0;owned\u{7}\u{1b}[2J\u{9b}1m\u{202e}\nerror: forged";
+    let is_harmless = |text: &str| text.chars().all(|c| c == '\n' || !(c.is_control() || c == '\u{202e}'));
+    let mut scene = Scene::new("ring");
+    for section in ["materials", "nodes", "cameras", "meshes"] {
+        for element in scene.json[section].as_array_mut().unwrap() {
+            element["name"] = json!(active);
+            element["extensions"] = json!({ active: {} });
+        }
+    }
+    let info = caustics(scene.write().path(), &["scene", "info", "scene.gltf"]);
+    assert_eq!(info.code, Some(0), "{}", info.stderr);
+    assert!(is_harmless(&info.stdout) && info.stdout.contains("u001b]0;owned"), "{}", info.stdout);
+    assert!(!info.stdout.contains("\nerror"), "{}", info.stdout);
+    let json = caustics(scene.path(), &["scene", "info", "scene.gltf", "--json"]);
+    assert!(is_harmless(&json.stdout), "{}", json.stdout);
+    let json: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(json["materials"][0], active);
+    let run = caustics(scene.path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(is_harmless(&run.stderr), "{}", run.stderr);
+    // Warnings of one kind are one line, whoever asks for it.
+    let lines = run.stderr.lines().filter(|line| line.contains("is not supported")).count();
+    assert_eq!(lines, 1, "{}", run.stderr);
+
+    // Errors, and long ones.
+    let long = |text: &str| text.repeat(100_000);
+    let spoil: [fn(&mut Value, String); 3] = [
+        |json, text| json["extensionsRequired"] = json!([text]),
+        |json, text| json["buffers"][0]["uri"] = json!(text),
+        |json, text| json["buffers"][0]["uri"] = json!(format!("http://{text}")),
+    ];
+    for spoil in spoil {
+        for text in [active.to_string(), long(active), long("a")] {
+            let mut scene = Scene::new("ring");
+            spoil(&mut scene.json, text);
+            let run = caustics(scene.write().path(), &["scene", "info", "scene.gltf", "--strict"]);
+            assert_eq!(fault(&run, 1, &["scene.gltf", ";"]), None);
+            assert!(is_harmless(&run.stderr), "{}", run.stderr);
+            assert!(run.stderr.len() < 8000, "{}", run.stderr.len());
+        }
+    }
+
+    // A cause is told once.
+    let run = caustics(scene.path(), &["scene", "info", "missing.glb"]);
+    assert_eq!(run.stderr.matches("No such file").count(), 1, "{}", run.stderr);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_second_interrupt_ends_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/ring");
+    let begin = std::time::Instant::now();
+    // One frame that takes minutes. The first interrupt waits for it, the second does not.
+    let line = format!(
+        "\"$0\" render '{}' -o out.exr --runner cpu --threads 1 --width 16 --height 9 --light-paths 700000000 2> said & \
+         while ! grep -q method said; do sleep 0.1; done; sleep 0.3; kill -INT $!; sleep 0.5; \
+         kill -0 $! && echo waits; kill -INT $!; wait $!; echo $?; cat said",
+        ring.display()
+    );
+    // A shell's background jobs ignore interrupts unless it is told to control jobs.
+    let run = shell(folder.path(), &format!("set -m; {line}"));
+    assert!(run.stdout.starts_with("waits\n130\n"), "{} {}", run.stdout, run.stderr);
+    assert!(run.stdout.contains("once more ends at once"), "{}", run.stdout);
+    assert!(begin.elapsed().as_secs() < 30, "{:?}", begin.elapsed());
+}

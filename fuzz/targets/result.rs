@@ -3,5 +3,5 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    caustics::fuzzing::result(bytes);
+    caustics_bench::fuzzing::result(bytes);
 });

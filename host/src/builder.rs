@@ -4,7 +4,6 @@ use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::{self, Method};
 
-use crate::experiment::cell::default_gather;
 use crate::scene::Scene;
 use crate::session::{RunnerChoice, Session, SessionError};
 use crate::settings::Settings;
@@ -91,7 +90,7 @@ impl SessionBuilder<'_> {
     /// does not have, or a frame does not fit into memory.
     pub fn build(self) -> Result<Session, SessionError> {
         let camera = self.scene.camera(self.camera.as_deref())?;
-        let gather = self.gather.unwrap_or_else(|| default_gather(&self.runner));
+        let gather = self.gather.unwrap_or_else(|| self.runner.default_gather());
         let features = self.features.unwrap_or_else(|| self.scene.features(self.settings.specular_roughness));
         Session::new(&self.runner, self.scene, camera, &self.settings, self.method, gather, features)
     }

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
-use caustics_kernels::gather::variant::Variant;
+use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::auxiliary::Auxiliary as AuxiliaryRecord;
 use caustics_kernels::interface::balance::Balance;
 use caustics_kernels::interface::features::Features;
@@ -63,6 +63,21 @@ pub enum RunnerChoice {
 }
 
 impl RunnerChoice {
+    /// Whether the runner has ray queries.
+    pub fn has_ray_queries(&self) -> bool {
+        matches!(self, RunnerChoice::Gpu { hardware: true, .. })
+    }
+
+    /// Gather where the user chooses none. Where a disc takes most of the photons, a GPU waits for its invocation alone: there photons
+    /// search the points.
+    pub fn default_gather(&self) -> &'static Variant {
+        match self {
+            RunnerChoice::Cpu { .. } => &variant::PHOTONS_GRID,
+            RunnerChoice::Gpu { hardware: false, .. } => &variant::POINTS_BVH,
+            RunnerChoice::Gpu { hardware: true, .. } => &variant::POINTS_RT,
+        }
+    }
+
     /// Looks whether it can run. A device is opened for the sessions that follow, too.
     ///
     /// # Errors

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
 use caustics::kernels::Source;
-use caustics::renamed;
 use caustics::rendered_image::Aov;
 use caustics::scene::{BvhCache, BvhOptions, BvhQuality, LoadOptions, Position};
+use caustics_bench::renamed;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;

@@ -31,14 +31,15 @@ pub struct HostCrate {
 }
 
 /// Crates of the host; each depends on those before it alone.
-pub const HOST_CRATES: [HostCrate; 2] = [
+pub const HOST_CRATES: [HostCrate; 3] = [
     HostCrate { src: "host/src", name: "caustics", layers: LIBRARY },
+    HostCrate { src: "host/bench/src", name: "caustics_bench", layers: BENCH },
     HostCrate { src: "host/cli/src", name: "caustics_cli", layers: CLI },
 ];
 
 /// Layers of the host's library.
 const LIBRARY: &[&[&str]] = &[
-    &["caught", "exact", "hash", "memory", "program", "renamed", "shard", "shell", "text", "threads"],
+    &["caught", "exact", "hash", "memory", "program", "shard", "shell", "text", "threads"],
     &["file", "counters", "energy", "rendered_image", "machine"],
     &["output", "sealed", "vulkan"],
     &["kernels"],
@@ -51,9 +52,19 @@ const LIBRARY: &[&[&str]] = &[
     &["session"],
     &["inspect"],
     &["trace_rate"],
-    &["experiment"],
     &["builder"],
-    &["report"],
+    &["fuzzing"],
+];
+
+/// Layers of the experiments.
+const BENCH: &[&[&str]] = &[
+    &["cell", "gain", "identity", "plan", "record", "renamed"],
+    &["error", "limits", "memory", "parameter", "reference"],
+    &["cost", "measure"],
+    &["result"],
+    &["cell_parameters", "store", "table", "timing"],
+    &["matrix", "report"],
+    &["sweep"],
     &["fuzzing"],
 ];
 

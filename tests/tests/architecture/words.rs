@@ -27,7 +27,7 @@ const EVERYWHERE: &[&str] = &[""];
 const NOWHERE: &[&str] = &[];
 /// Code in which a connection is no socket and a lane no SIMD lane.
 const NOT_THE_VIEWER: &[&str] =
-    &["kernels", "scenes", "tests", "fuzz", "host/src/experiment", "host/src/inspect", "host/src/scene"];
+    &["kernels", "scenes", "tests", "fuzz", "host/bench/src", "host/src/inspect", "host/src/scene"];
 
 /// A banned word.
 const fn banned(

@@ -1,11 +1,11 @@
 //! The baseline `kim2019`: its energy and its error beside OurBasic's where a caustic is seen directly, and that it shows
 //! none in a mirror.
 
-use caustics::experiment::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
+use caustics_bench::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::method::Method;

@@ -2,11 +2,11 @@
 //! differentials, and its density map.
 
 use caustics::counters::Counters;
-use caustics::experiment::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
+use caustics_bench::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::ray::Ray;

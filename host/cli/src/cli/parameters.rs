@@ -2,11 +2,11 @@
 
 use std::marker::PhantomData;
 
-use caustics::experiment::cell::Cell;
-use caustics::experiment::parameter::{
+use caustics_bench::cell::Cell;
+use caustics_bench::parameter::{
     self, AUTO, FEATURES, MAX_BOUNCES, PARAMETERS, PATHS_PER_PIXEL, Parameter, RUNNER, Values, spelled,
 };
-use caustics::experiment::sweep::matrix_table::MatrixTable;
+use caustics_bench::sweep::matrix_table::MatrixTable;
 use caustics_kernels::method::basic::BASIC;
 use clap::builder::{PossibleValue, PossibleValuesParser, ValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Command};

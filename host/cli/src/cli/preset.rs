@@ -1,6 +1,6 @@
 //! Presets of `render`.
 
-use caustics::experiment::parameter::{AUTO, METHOD, Parameter, RADIUS_PX, SAMPLER};
+use caustics_bench::parameter::{AUTO, METHOD, Parameter, RADIUS_PX, SAMPLER};
 use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use clap::ValueEnum;

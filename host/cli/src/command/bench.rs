@@ -2,13 +2,13 @@
 
 use std::process::ExitCode;
 
-use caustics::experiment::parameter::PATHS_PER_PIXEL;
-use caustics::experiment::result::CellResult;
-use caustics::experiment::store::{Results, create};
-use caustics::experiment::sweep::config::{self, Config, EnvironmentTable, ErrorTable, TimeTable};
-use caustics::experiment::sweep::value::{Count, Filter, Positive, Side};
-use caustics::experiment::table::table;
 use caustics::exposure::Exposure;
+use caustics_bench::parameter::PATHS_PER_PIXEL;
+use caustics_bench::result::CellResult;
+use caustics_bench::store::{Results, create};
+use caustics_bench::sweep::config::{self, Config, EnvironmentTable, ErrorTable, TimeTable};
+use caustics_bench::sweep::value::{Count, Filter, Positive, Side};
+use caustics_bench::table::table;
 use toml::Spanned;
 
 use super::console::print;

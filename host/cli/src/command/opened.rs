@@ -1,9 +1,9 @@
 //! A session as a command opens it, and what is said of it.
 
-use caustics::experiment::cell::Cell;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
+use caustics_bench::cell::Cell;
 use caustics_kernels::interface::features::Features;
 
 use super::pick::pick;

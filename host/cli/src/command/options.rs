@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint;
-use caustics::experiment::cell::Cell;
-use caustics::experiment::limits;
-use caustics::experiment::sweep::config::FPS;
 use caustics::scene::{self, CameraChoice, DefaultLight, EnvironmentMap, Radiance};
 use caustics::settings::Settings;
+use caustics_bench::cell::Cell;
+use caustics_bench::limits;
+use caustics_bench::sweep::config::FPS;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
 

@@ -1,6 +1,5 @@
 //! Picks runner, tracer and gather from the options and what the machine has, and says why.
 
-use caustics::experiment::cell::{default_gather, has_ray_queries};
 use caustics::session::RunnerChoice;
 use caustics::vulkan::{DeviceInfo, devices};
 use caustics_kernels::gather::variant::{self, Variant};
@@ -33,8 +32,8 @@ pub fn pick(
             (gpu(options, hardware), format!("--runner {runner}"))
         }
     };
-    let variant = gather.unwrap_or_else(|| default_gather(&choice));
-    if variant.hardware && !has_ray_queries(&choice) {
+    let variant = gather.unwrap_or_else(|| choice.default_gather());
+    if variant.hardware && !choice.has_ray_queries() {
         let usable: Vec<_> = variant::ALL.iter().filter(|v| !v.hardware).map(|v| v.name).collect();
         let name = variant.name;
         return Err(Usage(format!(

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use caustics::experiment::cell::Cell;
+use caustics_bench::cell::Cell;
 use caustics_kernels::method::path::PATH;
 
 use super::job::Job;

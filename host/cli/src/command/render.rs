@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use caustics::experiment::cell::Cell;
+use caustics_bench::cell::Cell;
 
 use super::job::Job;
 use super::options::settings;

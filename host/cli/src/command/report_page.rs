@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use caustics::experiment::store;
 use caustics::output::target::{Target, TargetError};
-use caustics::report::{self, Request, report};
+use caustics_bench::report::{self, Request, report};
+use caustics_bench::store;
 
 use super::options::{check_ending, same_file};
 use crate::cli::{ReportOptions, Usage};

@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use caustics::checkpoint::Identity;
-use caustics::experiment::cell::Cell;
 use caustics::shard::Shard;
+use caustics_bench::cell::Cell;
 
 use super::stop::Stop;
 use crate::cli::{Common, Usage};
@@ -89,7 +89,7 @@ fn reusing_options(cell: &Cell) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use caustics::experiment::cell::{Paths, Radius};
+    use caustics_bench::cell::{Paths, Radius};
     use caustics_kernels::interface::choice::PathHistory;
     use caustics_kernels::{emission, history, method};
 

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use caustics::experiment::reference::References;
-use caustics::experiment::store::{self, Results};
-use caustics::experiment::sweep::config::Config;
-use caustics::experiment::sweep::expand::Expanded;
-use caustics::experiment::sweep::merge::{Joined, merge};
-use caustics::experiment::sweep::task::{SweepContext, Task};
-use caustics::experiment::table::{cells_csv, frames_csv, passes_csv};
 use caustics::file::read_text;
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::scene::{self, EnvironmentMap};
+use caustics_bench::reference::References;
+use caustics_bench::store::{self, Results};
+use caustics_bench::sweep::config::Config;
+use caustics_bench::sweep::expand::Expanded;
+use caustics_bench::sweep::merge::{Joined, merge};
+use caustics_bench::sweep::task::{SweepContext, Task};
+use caustics_bench::table::{cells_csv, frames_csv, passes_csv};
 
 use super::console::print;
 use super::interrupt;

@@ -33,10 +33,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::Context;
-use caustics::experiment::cell::Cell;
-use caustics::experiment::parameter::{HISTORY, PATH_HISTORY};
 use caustics::scene::{self, CameraChoice, Eye, Position, Staged, Viewpoint};
 use caustics::threads;
+use caustics_bench::cell::Cell;
+use caustics_bench::parameter::{HISTORY, PATH_HISTORY};
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::choice::PathHistory;
 use tokio::runtime;

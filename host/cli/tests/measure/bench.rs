@@ -4,20 +4,20 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assert_cmd::Command;
-use caustics::experiment::cell::Cell;
-use caustics::experiment::error::{
-    CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, FLIP_CAUSTIC_REGION, MEASURES, RELMSE,
-    RELMSE_CAUSTICS, RELMSE_TRIMMED, RELMSE_TRIMMED_CAUSTIC_REGION,
-};
-use caustics::experiment::measure::measure;
-use caustics::experiment::parameter::{FEATURES, GATHER, HISTORY, MAX_BOUNCES, METHOD, RADIUS_PX};
-use caustics::experiment::plan::{Compared, MeasurementPlan};
-use caustics::experiment::record::FrameRecord;
-use caustics::experiment::result::CellResult;
-use caustics::experiment::store;
 use caustics::image_file::Channels;
 use caustics::scene::{Scene, resolve};
 use caustics::settings::Settings;
+use caustics_bench::cell::Cell;
+use caustics_bench::error::{
+    CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, FLIP_CAUSTIC_REGION, MEASURES, RELMSE,
+    RELMSE_CAUSTICS, RELMSE_TRIMMED, RELMSE_TRIMMED_CAUSTIC_REGION,
+};
+use caustics_bench::measure::measure;
+use caustics_bench::parameter::{FEATURES, GATHER, HISTORY, MAX_BOUNCES, METHOD, RADIUS_PX};
+use caustics_bench::plan::{Compared, MeasurementPlan};
+use caustics_bench::record::FrameRecord;
+use caustics_bench::result::CellResult;
+use caustics_bench::store;
 use caustics_kernels::history;
 use caustics_kernels::method::basic::BASIC;
 use serde_json::Value;
@@ -171,7 +171,7 @@ fn each_cell_has_the_first_turn_in_turn() {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let mut cells: Vec<Cell> =
         history::ALL.iter().map(|history| Cell { history, ..Cell::new(&BASIC) }).collect();
-    caustics::experiment::cell_parameters::name_all(&mut cells);
+    caustics_bench::cell_parameters::name_all(&mut cells);
     let plan = MeasurementPlan {
         settings: Settings { width: 40, height: 24, ..Settings::default() },
         camera: scene.cameras[0].name.clone(),

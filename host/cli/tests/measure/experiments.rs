@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use caustics::experiment::sweep::config::Config;
+use caustics_bench::sweep::config::Config;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments")

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assert_cmd::Command;
-use caustics::experiment::error::{FLIP, FLIP_CAUSTICS, RELMSE};
-use caustics::experiment::parameter::METHOD;
-use caustics::experiment::result::CellResult;
+use caustics_bench::error::{FLIP, FLIP_CAUSTICS, RELMSE};
+use caustics_bench::parameter::METHOD;
+use caustics_bench::result::CellResult;
 use scraper::{Html, Selector};
 use tempfile::TempDir;
 

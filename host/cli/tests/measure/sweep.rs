@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assert_cmd::Command;
-use caustics::experiment::error::{CAUSTICS_VARIANCE, FLIP, FLIP_CAUSTICS, RELMSE_CAUSTICS};
-use caustics::experiment::parameter::{HISTORY, METHOD, PATHS_PER_PIXEL};
-use caustics::experiment::result::CellResult;
-use caustics::experiment::store;
 use caustics::scene;
+use caustics_bench::error::{CAUSTICS_VARIANCE, FLIP, FLIP_CAUSTICS, RELMSE_CAUSTICS};
+use caustics_bench::parameter::{HISTORY, METHOD, PATHS_PER_PIXEL};
+use caustics_bench::result::CellResult;
+use caustics_bench::store;
 use caustics_kernels::gather::variant;
 use caustics_kernels::history;
 use tempfile::TempDir;

@@ -40,7 +40,7 @@ fn pictures_replay() {
 
 #[test]
 fn sweeps_replay() {
-    replay("sweep", fuzzing::sweep);
+    replay("sweep", caustics_bench::fuzzing::sweep);
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn edits_replay() {
 
 #[test]
 fn results_replay() {
-    replay("result", fuzzing::result);
+    replay("result", caustics_bench::fuzzing::result);
 }
 
 #[test]

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use caustics::experiment::store;
 use caustics::image_file::Channels;
+use caustics_bench::store;
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
 /// Frames that reuse nothing of each other.

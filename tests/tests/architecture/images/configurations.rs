@@ -4,11 +4,11 @@
 
 use std::collections::BTreeSet;
 
-use caustics::experiment::cell::Cell;
-use caustics::experiment::parameter::{
+use caustics::settings::Settings;
+use caustics_bench::cell::Cell;
+use caustics_bench::parameter::{
     AUTO, GATHER, MAX_BOUNCES, METHOD, PARAMETERS, PATHS_PER_PIXEL, Parameter, RADIUS_PX, RUNNER, Values,
 };
-use caustics::settings::Settings;
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::choice::TextureFilter;
 use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};

@@ -6,8 +6,6 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use caustics::checkpoint::Identity;
-use caustics::experiment::cell::Cell;
-use caustics::experiment::parameter::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
 use caustics::exposure::Exposure;
 use caustics::output::lock;
 use caustics::output::target::TargetError;
@@ -15,6 +13,8 @@ use caustics::rendered_image::Aov;
 use caustics::scene::Scene;
 use caustics::settings::Settings;
 use caustics::shard::Shard;
+use caustics_bench::cell::Cell;
+use caustics_bench::parameter::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
 use caustics_kernels::interface::choice::{PathHistory, Sampler, TextureFilter};
 use caustics_kernels::method::Method;
 use caustics_kernels::{denoiser, history};

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use caustics::experiment::cell::Cell;
-use caustics::experiment::parameter::{MAX_BOUNCES, RUNNER};
 use caustics::kernels::{Source, Watch};
 use caustics::scene::{CameraChoice, SceneCamera};
+use caustics_bench::cell::Cell;
+use caustics_bench::parameter::{MAX_BOUNCES, RUNNER};
 use caustics_kernels::method::path::PATH;
 
 use super::distance::Distance;

@@ -1,8 +1,8 @@
 //! The page: one document that holds all it needs.
 
-use caustics::experiment::parameter::{PARAMETERS, Parameter, Values};
-use caustics::report;
 use caustics::scene::{CameraChoice, Scene};
+use caustics_bench::parameter::{PARAMETERS, Parameter, Values};
+use caustics_bench::report;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::json;
 

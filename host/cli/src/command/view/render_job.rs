@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use caustics::accumulation::{Accumulation, BATCHES};
 use caustics::energy::EnergyLedger;
-use caustics::experiment::cell::Cell;
 use caustics::runner::RunError;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::SessionError;
 use caustics::settings::Settings;
+use caustics_bench::cell::Cell;
 use caustics_kernels::interface::features::Features;
 
 use super::look::{DisplayedImage, Layer};

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use caustics::experiment::cell::Cell;
-use caustics::experiment::limits::{check_rays, check_size};
-use caustics::experiment::parameter::{HISTORY, PATH_HISTORY, Parameter};
 use caustics::exposure::Exposure;
 use caustics::scene::{CameraChoice, Edits, NodeEdit, Position};
 use caustics::text::cut;
+use caustics_bench::cell::Cell;
+use caustics_bench::limits::{check_rays, check_size};
+use caustics_bench::parameter::{HISTORY, PATH_HISTORY, Parameter};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 

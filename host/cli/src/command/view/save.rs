@@ -2,13 +2,11 @@
 
 use std::path::Path;
 
-use caustics::experiment::cell::{Cell, Paths};
-use caustics::experiment::parameter::{
-    HISTORY, PARAMETERS, PATH_HISTORY, PATHS_PER_PIXEL, Parameter, RUNNER,
-};
 use caustics::output::exr;
 use caustics::scene::{CameraChoice, Recorded, Scene};
 use caustics::shell;
+use caustics_bench::cell::{Cell, Paths};
+use caustics_bench::parameter::{HISTORY, PARAMETERS, PATH_HISTORY, PATHS_PER_PIXEL, Parameter, RUNNER};
 use clap::CommandFactory;
 use clap::parser::ValueSource;
 
@@ -58,7 +56,7 @@ pub fn kept() -> Vec<String> {
     for argument in view.get_arguments() {
         let id = argument.get_id().as_str();
         let is_given = matches.value_source(id) == Some(ValueSource::CommandLine);
-        let is_parameter = caustics::experiment::parameter::keys().any(|(key, ..)| key == id);
+        let is_parameter = caustics_bench::parameter::keys().any(|(key, ..)| key == id);
         if !is_given || is_parameter || OF_THE_PAGE.contains(&id) {
             continue;
         }

@@ -1,8 +1,8 @@
 //! What the renderer says of itself to the pages, in JSON.
 
-use caustics::experiment::cell::Paths;
-use caustics::experiment::parameter::{PARAMETERS, PATHS_PER_PIXEL, RUNNER};
 use caustics::scene::{CameraChoice, Scene, SceneCamera};
+use caustics_bench::cell::Paths;
+use caustics_bench::parameter::{PARAMETERS, PATHS_PER_PIXEL, RUNNER};
 use serde_json::{Value, json};
 
 use super::render_job::RenderJob;

@@ -1,9 +1,9 @@
 //! Messages of a page from bytes: for the target `message` of `fuzz/`, and for the tests that replay its corpus.
 
-use caustics::experiment::cell::Cell;
-use caustics::experiment::limits::{check_rays, check_size};
 use caustics::exposure::Exposure;
 use caustics::scene::CameraChoice;
+use caustics_bench::cell::Cell;
+use caustics_bench::limits::{check_rays, check_size};
 use caustics_kernels::method::basic::BASIC;
 
 use super::look::{Layer, Look};

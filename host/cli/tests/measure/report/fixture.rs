@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use caustics::experiment::error::{FLIP, FLIP_CAUSTICS, RELMSE, RELMSE_CAUSTICS};
-use caustics::experiment::parameter::{
+use caustics::output::png;
+use caustics_bench::error::{FLIP, FLIP_CAUSTICS, RELMSE, RELMSE_CAUSTICS};
+use caustics_bench::parameter::{
     DENOISER, FEATURES, GATHER, HISTORY, MAX_BOUNCES, METHOD, PATHS_PER_PIXEL, RADIUS_PX, RUNNER,
 };
-use caustics::experiment::result::{
+use caustics_bench::result::{
     CellConfig, CellError, CellResult, CellTime, FrameResult, Provenance, Quartiles,
 };
-use caustics::output::png;
 use glam::Vec3;
 
 /// A name that is markup unless it is escaped.

@@ -1,0 +1,154 @@
+//! What the parameters say of a cell: what of it matters, what it is known by, its names, its row in results.
+
+use caustics_kernels::interface::choice::Sampler;
+use caustics_kernels::method::Method;
+use caustics_kernels::{denoiser, emission, history};
+
+use super::cell::{Cell, FeatureChoice, Paths, Radius};
+use super::parameter::{HISTORY, METHOD, PARAMETERS, PATHS_PER_PIXEL, VisualEncoding};
+use super::result::CellConfig;
+use caustics::scene::Scene;
+use caustics::session::RunnerChoice;
+use caustics::settings::Settings;
+
+impl Cell {
+    /// A method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
+    pub fn new(method: &'static Method) -> Cell {
+        let runner = RunnerChoice::Cpu { threads: 0 };
+        let cell = Cell {
+            name: String::new(),
+            method,
+            gather: Some(runner.default_gather()),
+            emission: &emission::GUIDED,
+            caustics: Settings::default().caustics,
+            light_sampler: Settings::default().light_sampler,
+            sampler: Sampler::Sobol,
+            path_history: Settings::default().path_history,
+            fireflies: Settings::default().fireflies,
+            history: &history::NONE,
+            denoiser: &denoiser::NONE,
+            paths: Paths::PerPixel(1.0),
+            radius: Radius::Px(1.0),
+            max_bounces: Settings::default().max_bounces,
+            runner,
+            asked_runner: "cpu",
+            features: FeatureChoice::Scene,
+        };
+        let cell = cell.effective();
+        Cell { name: cell.short_name(), ..cell }
+    }
+
+    /// The same frames with all that its method does not look at set aside: cells of one effect are one cell.
+    pub fn effective(mut self) -> Cell {
+        for parameter in PARAMETERS {
+            if (parameter.not_applicable)(&self).is_some() {
+                // A value that a parameter has itself is one that it takes.
+                let _ = parameter.set(&mut self, parameter.neutral);
+            }
+        }
+        self
+    }
+
+    /// Text of all that it is but its name.
+    pub fn key(&self) -> String {
+        let values = PARAMETERS.iter().map(|parameter| format!("{} {}", parameter.key, parameter.get(self)));
+        // Of runners the device too.
+        format!("{} on {:?}", values.collect::<Vec<_>>().join(" "), self.runner)
+    }
+
+    /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
+    fn short_name(&self) -> String {
+        let colored =
+            PARAMETERS.into_iter().filter(|parameter| matches!(parameter.shown, VisualEncoding::Color));
+        let colored =
+            colored.filter(|parameter| **parameter == HISTORY || (parameter.not_applicable)(self).is_none());
+        let named = colored.filter(|parameter| {
+            [&METHOD, &HISTORY].contains(parameter) || parameter.get(self) != parameter.default
+        });
+        named.map(|parameter| parameter.get(self)).collect::<Vec<_>>().join("-")
+    }
+
+    /// What a result says of it; paths a pixel are those of a frame of this size.
+    pub fn config(&self, scene: &Scene, camera: &str, settings: &Settings) -> CellConfig {
+        let Settings { width, height, texture_filter, .. } = *settings;
+        let paths = match self.paths {
+            Paths::PerPixel(paths) => paths.to_string(),
+            Paths::Auto => self.paths.to_string(),
+            _ => {
+                let pixels = f64::from(width) * f64::from(height);
+                (f64::from(self.paths.count(width, height)) / pixels).to_string()
+            }
+        };
+        let mut config = CellConfig::new(&scene.name, camera);
+        for parameter in PARAMETERS {
+            config.set(parameter, &parameter.get(self));
+        }
+        config.set(&PATHS_PER_PIXEL, &paths);
+        config.texture_filter = texture_filter.unwrap_or(self.method.texture_filter).name().into();
+        config
+    }
+}
+
+/// Names the cells of a run: what has a colour, then whatever else differs between cells of the run.
+pub fn name_all(cells: &mut [Cell]) {
+    let mut names: Vec<String> = cells.iter().map(Cell::short_name).collect();
+    for parameter in
+        PARAMETERS.into_iter().filter(|parameter| !matches!(parameter.shown, VisualEncoding::Color))
+    {
+        let letters = if let VisualEncoding::Words(letters, _) = parameter.shown { letters } else { "" };
+        let text = |cell: &Cell| match (parameter.not_applicable)(cell) {
+            Some(_) => String::new(),
+            None => format!("{letters}{}", parameter.get(cell)),
+        };
+        let texts: Vec<String> = cells.iter().map(text).collect();
+        let mut given: Vec<&String> = texts.iter().filter(|text| !text.is_empty()).collect();
+        given.sort();
+        given.dedup();
+        if given.len() > 1 {
+            for (name, text) in names.iter_mut().zip(&texts).filter(|(_, text)| !text.is_empty()) {
+                *name += &format!("-{text}");
+            }
+        }
+    }
+    for (cell, name) in cells.iter_mut().zip(names) {
+        cell.name = name;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use caustics_kernels::gather::variant;
+    use caustics_kernels::method::basic::BASIC;
+    use caustics_kernels::method::path::PATH;
+
+    #[test]
+    fn what_a_method_does_not_look_at_makes_no_other_cell() {
+        let fancy = |method| Cell {
+            history: history::ALL[1],
+            denoiser: denoiser::ALL[1],
+            gather: variant::find("brute"),
+            paths: Paths::Count(7),
+            radius: Radius::Px(3.0),
+            ..Cell::new(method)
+        };
+        assert_eq!(fancy(&PATH).effective().key(), Cell::new(&PATH).key());
+        assert_eq!(fancy(&BASIC).effective().key(), fancy(&BASIC).key());
+        assert_ne!(fancy(&BASIC).key(), Cell::new(&BASIC).key());
+    }
+
+    #[test]
+    fn names_say_what_differs() {
+        let mut cells = [
+            Cell::new(&BASIC),
+            Cell { paths: Paths::PerPixel(0.5), gather: variant::find("brute"), ..Cell::new(&BASIC) },
+            Cell { denoiser: &denoiser::ATROUS, ..Cell::new(&BASIC) },
+            Cell::new(&PATH),
+        ];
+        name_all(&mut cells);
+        let names = cells.each_ref().map(|cell| cell.name.as_str());
+        let expected = ["basic-none-photons-grid-p1", "basic-none-brute-p0.5"];
+        assert_eq!(names[..2], expected);
+        assert_eq!(names[2..], ["basic-none-atrous-photons-grid-p1", "path-none"]);
+    }
+}

@@ -1,0 +1,446 @@
+//! How far a frame is from its reference, and how much more than it a cell flickers: measures, a row each.
+//!
+//! Each measure is taken of the whole image, and of the caustics: `relmse_caustics` of that layer alone, `flip_caustics`
+//! and `flicker_caustics` of the reference's path-traced light under the cell's caustics, which shows a person nothing but
+//! the error of the caustics. FLIP is `flip_ldr` of `caustics compare`.
+//!
+//! To add a measure: a function of [`Seen`] and a row of [`MEASURES`]; results, CSV, `bench` and the report loop over it.
+
+use std::cell::OnceCell;
+
+use glam::Vec3;
+
+use super::gain::mean_variance;
+use caustics::image_file::Encoding;
+use caustics::metric::caustic_region::CausticRegion;
+use caustics::metric::error_map::ErrorMap;
+use caustics::metric::flip::PIXELS_PER_DEGREE;
+use caustics::metric::flip_ldr::flip_ldr;
+use caustics::metric::pixels::Pixels;
+use caustics::metric::relmse;
+use caustics::rendered_image::RenderedImage;
+
+/// A measure of error.
+pub struct Measure {
+    /// Key in results and CSV; units at its end, if it has any.
+    pub key: &'static str,
+    /// Its name in tables and on axes.
+    pub head: &'static str,
+    /// Description, in one line.
+    pub description: &'static str,
+    /// Limitations: where it misleads.
+    pub limitations: &'static str,
+    /// Whether a report draws speed against it.
+    pub charted: bool,
+    /// Its value; none where an image is not finite, or what it is relative to is black or absent.
+    pub compute: fn(&Seen) -> Option<MeasuredValue>,
+}
+
+/// A value found in a frame of several seeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredValue {
+    /// The mean over the seeds.
+    pub value: f64,
+    /// Its standard error, where two seeds or more have a value each.
+    pub standard_error: Option<f64>,
+}
+
+impl MeasuredValue {
+    /// The mean of values that are all there; one a seed.
+    fn from_seeds(values: impl Iterator<Item = Option<f64>>) -> Option<MeasuredValue> {
+        let values = values.collect::<Option<Vec<f64>>>()?;
+        let count = values.len() as f64;
+        let value = values.iter().sum::<f64>() / count;
+        let squares = values.iter().map(|one| (one - value).powi(2)).sum::<f64>();
+        let standard_error = (values.len() > 1).then(|| (squares / (count * (count - 1.0))).sqrt());
+        value.is_finite().then_some(MeasuredValue { value, standard_error })
+    }
+}
+
+impl Measure {
+    /// Its key in names of files.
+    pub fn slug(&self) -> String {
+        self.key.replace('_', "-")
+    }
+
+    /// What its standard error is called in a frame's row.
+    pub fn standard_error_key(&self) -> String {
+        format!("{}_standard_error", self.key)
+    }
+}
+
+/// All measures, in the order of tables. Each is better the smaller it is.
+pub static MEASURES: [&Measure; 10] = [
+    &FLIP,
+    &FLIP_CAUSTIC_REGION,
+    &FLIP_CAUSTICS,
+    &RELMSE,
+    &RELMSE_TRIMMED,
+    &RELMSE_TRIMMED_CAUSTIC_REGION,
+    &RELMSE_CAUSTICS,
+    &FLICKER,
+    &FLICKER_CAUSTICS,
+    &CAUSTICS_VARIANCE,
+];
+
+/// FLIP of the image.
+pub static FLIP: Measure = Measure {
+    key: "flip",
+    head: "FLIP",
+    description: "Mean FLIP, the difference that a person sees between image and reference, 0 to 1",
+    limitations: "it forgives light that is lost evenly: look at relMSE beside it",
+    charted: true,
+    compute: |seen| seen.mean(|now| Some(now.flip_map(seen.reference, seen.exposure)?.mean())),
+};
+
+/// FLIP of the image, where caustics are.
+pub static FLIP_CAUSTIC_REGION: Measure = Measure {
+    key: "flip_caustic_region",
+    head: "FLIP in the caustic region",
+    description: "Mean FLIP of the image over the pixels in which caustics are a fifth of the reference's light",
+    limitations: "caustics that are where the reference has none are not seen",
+    charted: true,
+    compute: |seen| {
+        seen.mean(|now| {
+            let map = now.flip_map(seen.reference, seen.exposure)?;
+            Some(seen.reference.region.as_ref()?.mean(&map.values))
+        })
+    },
+};
+
+/// FLIP of the caustics.
+pub static FLIP_CAUSTICS: Measure = Measure {
+    key: "flip_caustics",
+    head: "FLIP of caustics",
+    description: "Mean FLIP of the caustics over the reference's other light",
+    limitations: "caustics of a part of the image are averaged with the rest of it",
+    charted: true,
+    compute: |seen| {
+        seen.mean(|now| flip(now.caustics_over_reference.as_ref()?, &seen.reference.whole, seen.exposure))
+    },
+};
+
+/// Relative mean squared error of the image.
+pub static RELMSE: Measure = Measure {
+    key: "relmse",
+    head: "relMSE",
+    description: "Relative mean squared error of the image",
+    limitations: "ten pixels can be nine tenths of it",
+    charted: true,
+    compute: |seen| seen.mean(|now| relative(&now.whole, &seen.reference.whole)),
+};
+
+/// Relative mean squared error of the image without its worst pixels.
+pub static RELMSE_TRIMMED: Measure = Measure {
+    key: "relmse_trimmed",
+    head: "trimmed relMSE",
+    description: "Relative mean squared error of the image, without the worst 0.1 % of the pixels",
+    limitations: "fireflies are left out",
+    charted: true,
+    compute: |seen| seen.mean(|now| finite(relmse::trimmed(&errors(&now.whole, &seen.reference.whole)?))),
+};
+
+/// The same where caustics are.
+pub static RELMSE_TRIMMED_CAUSTIC_REGION: Measure = Measure {
+    key: "relmse_trimmed_caustic_region",
+    head: "trimmed relMSE in the caustic region",
+    description: "The same over the pixels in which caustics are a fifth of the reference's light",
+    limitations: "caustics that are where the reference has none are not seen; fireflies are left out",
+    charted: true,
+    compute: |seen| {
+        seen.mean(|now| {
+            let errors = errors(&now.whole, &seen.reference.whole)?;
+            finite(relmse::trimmed(&seen.reference.region.as_ref()?.pick(&errors)))
+        })
+    },
+};
+
+/// Relative mean squared error of the caustics.
+pub static RELMSE_CAUSTICS: Measure = Measure {
+    key: "relmse_caustics",
+    head: "relMSE of caustics",
+    description: "Relative mean squared error of the layer of caustics",
+    limitations: "dim places weigh as much as bright ones",
+    charted: true,
+    compute: |seen| seen.mean(|now| relative(now.caustics.as_ref()?, seen.reference.caustics.as_ref()?)),
+};
+
+/// Flicker of the image.
+pub static FLICKER: Measure = Measure {
+    key: "flicker",
+    head: "flicker",
+    description: "FLIP between a frame and the one before, beyond that of the reference",
+    limitations: "what is steadily wrong does not flicker",
+    charted: false,
+    compute: |seen| {
+        let change =
+            |now: &MeasuredImage, before: &MeasuredImage| flip(&now.whole, &before.whole, seen.exposure);
+        seen.change(&change)
+    },
+};
+
+/// Flicker of the caustics.
+pub static FLICKER_CAUSTICS: Measure = Measure {
+    key: "flicker_caustics",
+    head: "flicker of caustics",
+    description: "Flicker of the caustics over the reference's other light",
+    limitations: "what is steadily wrong does not flicker",
+    charted: false,
+    compute: |seen| {
+        let change = |now: &MeasuredImage, before: &MeasuredImage| {
+            flip(
+                now.caustics_over_reference.as_ref()?,
+                before.caustics_over_reference.as_ref()?,
+                seen.exposure,
+            )
+        };
+        seen.change(&change)
+    },
+};
+
+/// Variance of the caustics.
+pub static CAUSTICS_VARIANCE: Measure = Measure {
+    key: "caustics_variance_radiance2",
+    head: "variance",
+    description: "Variance of the caustics' radiance between seeds, mean over pixels and channels (W^2 m^-4 sr^-2)",
+    limitations: "light that is lost in every run has no variance",
+    charted: false,
+    compute: |seen| {
+        let layers: Vec<&[Vec3]> = seen.now.iter().map(|now| now.radiance.as_slice()).collect();
+        Some(MeasuredValue { value: mean_variance(&layers)?, standard_error: None })
+    },
+};
+
+/// A frame of a cell, once a seed, beside the reference.
+pub struct Seen<'a> {
+    /// The images of the seeds.
+    pub now: &'a [MeasuredImage],
+    /// Those of the frame before, in the same order; empty where none was measured.
+    pub before: &'a [MeasuredImage],
+    /// The reference of the frame.
+    pub reference: &'a MeasuredImage,
+    /// That of the frame before.
+    pub reference_before: Option<&'a MeasuredImage>,
+    /// Exposure of the display (stops).
+    pub exposure: f64,
+}
+
+impl<'a> Seen<'a> {
+    /// One image by itself, at an exposure of 0.
+    pub fn one(now: &'a MeasuredImage, reference: &'a MeasuredImage) -> Seen<'a> {
+        Seen { now: std::slice::from_ref(now), before: &[], reference, reference_before: None, exposure: 0.0 }
+    }
+
+    /// The mean over the seeds, if all have a value.
+    fn mean(&self, value: impl Fn(&MeasuredImage) -> Option<f64>) -> Option<MeasuredValue> {
+        MeasuredValue::from_seeds(self.now.iter().map(value))
+    }
+
+    /// The mean change since the frame before, beyond that of the reference.
+    fn change(
+        &self,
+        difference: &dyn Fn(&MeasuredImage, &MeasuredImage) -> Option<f64>,
+    ) -> Option<MeasuredValue> {
+        let reference = difference(self.reference, self.reference_before?)?;
+        let pairs = self.now.iter().zip(self.before);
+        MeasuredValue::from_seeds(pairs.map(|(now, before)| Some(difference(now, before)? - reference)))
+    }
+}
+
+/// The mean of values that are all there.
+pub fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
+    let count = values.len() as f64;
+    values.sum::<Option<f64>>().map(|sum| sum / count).filter(|mean| mean.is_finite())
+}
+
+/// An image as it is measured; empty parts have no measure.
+#[derive(Clone, Debug)]
+pub struct MeasuredImage {
+    /// All light.
+    whole: Pixels,
+    /// The caustics alone.
+    caustics: Option<Pixels>,
+    /// The caustics over the reference's other light.
+    caustics_over_reference: Option<Pixels>,
+    /// Radiance of the caustics.
+    radiance: Vec<Vec3>,
+    /// Where caustics are seen.
+    region: Option<CausticRegion>,
+    /// FLIP of its pixels, once it was asked for.
+    flip: OnceCell<Option<ErrorMap>>,
+}
+
+impl MeasuredImage {
+    /// An image beside the reference of its frame.
+    pub fn new(image: &RenderedImage, reference: &RenderedImage) -> MeasuredImage {
+        let pixels = |values: Vec<Vec3>| Pixels {
+            width: image.width,
+            height: image.height,
+            values: values.into_iter().map(Vec3::as_dvec3).collect(),
+        };
+        let over_reference = || {
+            let pairs = reference.path.iter().zip(&image.caustics);
+            pixels(pairs.map(|(path, caustics)| *path + *caustics).collect())
+        };
+        let split = !image.caustics.is_empty();
+        let whole = pixels(image.beauty());
+        let caustics = split.then(|| pixels(image.caustics.clone()));
+        let region = caustics.as_ref().and_then(|caustics| CausticRegion::new(&whole, caustics));
+        MeasuredImage {
+            whole,
+            caustics,
+            caustics_over_reference: split.then(over_reference),
+            radiance: image.caustics.clone(),
+            region,
+            flip: OnceCell::new(),
+        }
+    }
+
+    /// FLIP of each pixel of the image, if it is finite; `exposure` is that of the display (stops). It is computed once: the
+    /// reference of an image is that of its frame, and an experiment has one exposure.
+    pub fn flip_map(&self, reference: &MeasuredImage, exposure: f64) -> Option<&ErrorMap> {
+        self.flip.get_or_init(|| flip_map(&self.whole, &reference.whole, exposure)).as_ref()
+    }
+}
+
+fn flip(image: &Pixels, reference: &Pixels, exposure: f64) -> Option<f64> {
+    flip_map(image, reference, exposure).map(|map| map.mean())
+}
+
+fn flip_map(image: &Pixels, reference: &Pixels, exposure: f64) -> Option<ErrorMap> {
+    let finite = image.non_finite_count() + reference.non_finite_count() == 0;
+    finite.then(|| flip_ldr(image, reference, Encoding::Linear, exposure, PIXELS_PER_DEGREE))
+}
+
+fn relative(image: &Pixels, reference: &Pixels) -> Option<f64> {
+    finite(relmse::relmse(&errors(image, reference)?))
+}
+
+/// Relative squared error of each pixel, if there is something to relate it to.
+fn errors(image: &Pixels, reference: &Pixels) -> Option<Vec<f64>> {
+    (relmse::min_square(reference) > 0.0).then(|| relmse::errors(image, reference))
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(path: f32, caustics: f32) -> RenderedImage {
+        let layer = |value| (0..64).map(|i| Vec3::splat(value * (1.0 + (i % 5) as f32))).collect();
+        RenderedImage {
+            width: 8,
+            height: 8,
+            path: layer(path),
+            caustics: layer(caustics),
+            ..RenderedImage::default()
+        }
+    }
+
+    /// Measures of images, those before, and of references.
+    fn seen(
+        now: &[&RenderedImage],
+        before: &[&RenderedImage],
+        references: [&RenderedImage; 2],
+    ) -> impl Fn(&Measure) -> Option<f64> {
+        let measured = |images: &[&RenderedImage], reference: &RenderedImage| -> Vec<MeasuredImage> {
+            images.iter().map(|image| MeasuredImage::new(image, reference)).collect()
+        };
+        let [reference_before, reference] =
+            references.map(|reference| MeasuredImage::new(reference, reference));
+        let (now, before) = (measured(now, references[1]), measured(before, references[0]));
+        let seen = Seen {
+            now: &now,
+            before: &before,
+            reference: &reference,
+            reference_before: Some(&reference_before),
+            exposure: 0.0,
+        };
+        let found = MEASURES.map(|measure| (measure.key, (measure.compute)(&seen)));
+        move |measure| found.iter().find(|(key, _)| *key == measure.key)?.1.map(|found| found.value)
+    }
+
+    fn alone<const N: usize>(
+        image: &RenderedImage,
+        reference: &RenderedImage,
+        measures: [&Measure; N],
+    ) -> [Option<f64>; N] {
+        measures.map(seen(&[image], &[], [reference, reference]))
+    }
+
+    const ERRORS: [&Measure; 7] = [
+        &FLIP,
+        &FLIP_CAUSTIC_REGION,
+        &FLIP_CAUSTICS,
+        &RELMSE,
+        &RELMSE_TRIMMED,
+        &RELMSE_TRIMMED_CAUSTIC_REGION,
+        &RELMSE_CAUSTICS,
+    ];
+
+    #[test]
+    fn a_picture_is_no_way_from_itself_and_a_brighter_one_is() {
+        let reference = image(0.2, 0.1);
+        assert_eq!(alone(&reference, &reference, ERRORS), [Some(0.0); 7]);
+        let [flip, flip_region, flip_caustics, relmse, trimmed, trimmed_region, relmse_caustics] =
+            alone(&image(0.2, 0.2), &reference, ERRORS).map(Option::unwrap);
+        assert!(flip > 0.01 && relmse_caustics > 0.5, "{flip} {relmse_caustics}");
+        assert_eq!(flip, flip_caustics, "all that is wrong are the caustics");
+        // Twice the caustics, a third more of all: squares of 1 and 1/3, but for eps.
+        assert!(relmse < relmse_caustics / 8.0);
+        // A third of each pixel are caustics; in so few pixels none is the worst thousandth.
+        for (region, whole) in [(flip_region, flip), (trimmed, relmse), (trimmed_region, relmse)] {
+            assert!((region / whole - 1.0).abs() < 1e-12, "{region} {whole}");
+        }
+    }
+
+    #[test]
+    fn errors_of_the_path_are_none_of_the_caustics() {
+        let measures = [&FLIP, &FLIP_CAUSTICS, &RELMSE_CAUSTICS];
+        let [flip, flip_caustics, relmse_caustics] = alone(&image(0.4, 0.1), &image(0.2, 0.1), measures);
+        assert!(flip.unwrap() > 0.01);
+        assert_eq!(flip_caustics.zip(relmse_caustics), Some((0.0, 0.0)));
+    }
+
+    #[test]
+    fn what_is_not_there_has_no_measure() {
+        let dark = image(0.2, 0.0);
+        let measures = [&RELMSE_CAUSTICS, &FLIP_CAUSTIC_REGION, &RELMSE_TRIMMED_CAUSTIC_REGION];
+        assert_eq!(alone(&image(0.2, 0.1), &dark, measures), [None; 3]);
+        let measures = [&FLIP, &FLIP_CAUSTICS, &RELMSE];
+        assert_eq!(alone(&image(f32::NAN, 0.0), &dark, measures), [None, Some(0.0), None]);
+        let whole = RenderedImage { caustics: vec![], ..dark.clone() };
+        assert_eq!(alone(&whole, &dark, [&FLIP_CAUSTICS]), [None]);
+    }
+
+    #[test]
+    fn flicker_is_change_beyond_that_of_the_truth_and_variance_is_between_seeds() {
+        let [dim, bright] = [image(0.2, 0.1), image(0.2, 0.2)];
+        let measures = [&FLICKER, &FLICKER_CAUSTICS, &CAUSTICS_VARIANCE];
+        let found = measures.map(seen(&[&bright], &[&dim], [&dim, &bright]));
+        assert_eq!(found, [Some(0.0), Some(0.0), None], "it changes as the reference does");
+        let [flicker, of_caustics, variance] =
+            measures.map(seen(&[&bright, &dim], &[&dim, &dim], [&dim, &dim])).map(Option::unwrap);
+        assert!(flicker > 0.01 && of_caustics == flicker && variance > 0.0);
+        assert_eq!(measures.map(seen(&[&dim, &dim], &[&dim, &dim], [&dim, &dim])), [Some(0.0); 3]);
+        let found = [&FLICKER].map(seen(&[&bright], &[], [&dim, &bright]));
+        assert_eq!(found, [None], "no frame before");
+    }
+
+    #[test]
+    fn seeds_that_differ_have_a_standard_error() {
+        let values = [1.0, 2.0, 6.0].map(Some);
+        // Deviations -2, -1 and 3 of the mean 3.
+        let expected = MeasuredValue { value: 3.0, standard_error: Some((14.0_f64 / 6.0).sqrt()) };
+        assert_eq!(MeasuredValue::from_seeds(values.into_iter()), Some(expected));
+        assert_eq!(
+            MeasuredValue::from_seeds([Some(2.0)].into_iter()),
+            Some(MeasuredValue { value: 2.0, standard_error: None })
+        );
+        assert_eq!(MeasuredValue::from_seeds([Some(2.0), None].into_iter()), None);
+        assert_eq!(MeasuredValue::from_seeds(std::iter::empty()), None);
+    }
+}

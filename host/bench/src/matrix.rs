@@ -1,0 +1,170 @@
+//! A matrix: lists of values of the parameters, of which all combinations are cells.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::cell::{Cell, runner_name};
+use super::cell_parameters::name_all;
+use super::parameter::{PARAMETERS, Parameter, RUNNER};
+use caustics::session::RunnerChoice;
+
+/// Values of the parameters; a parameter without any has its usual one.
+#[derive(Clone, Debug, Default)]
+pub struct Matrix {
+    lists: BTreeMap<&'static str, Vec<String>>,
+}
+
+/// Cells of a matrix.
+#[derive(Clone, Debug, Default)]
+pub struct Cells {
+    /// Each once, named.
+    pub cells: Vec<Cell>,
+    /// What cannot be, a line each.
+    pub skipped: Vec<String>,
+}
+
+impl Matrix {
+    /// Adds a value of a parameter.
+    ///
+    /// # Errors
+    /// What a value of the parameter must be.
+    pub fn add(&mut self, parameter: &Parameter, value: &str) -> Result<(), String> {
+        parameter.check(value)?;
+        self.lists.entry(parameter.key).or_default().push(value.into());
+        Ok(())
+    }
+
+    /// The values of a parameter.
+    pub fn values(&self, parameter: &Parameter) -> Vec<&str> {
+        let given = self.lists.get(parameter.key);
+        given.map_or(vec![parameter.default], |list| list.iter().map(String::as_str).collect())
+    }
+
+    /// Whether a parameter was given values.
+    pub fn has(&self, parameter: &Parameter) -> bool {
+        self.lists.contains_key(parameter.key)
+    }
+
+    /// How many combinations there are.
+    pub fn count(&self) -> u64 {
+        self.lists.values().fold(1, |count: u64, list| count.saturating_mul(list.len() as u64))
+    }
+
+    /// The cells; `runner` finds the runner of a name. Runners vary slowest, since the cells of a runner take turns, and
+    /// methods fastest.
+    ///
+    /// # Errors
+    /// Why a runner is not there.
+    pub fn cells(
+        &self,
+        runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
+    ) -> anyhow::Result<Cells> {
+        let mut cells = vec![Cell::new(&caustics_kernels::method::basic::BASIC)];
+        let others = PARAMETERS.into_iter().rev().filter(|parameter| **parameter != RUNNER);
+        for parameter in std::iter::once(&RUNNER).chain(others) {
+            let mut more = Vec::new();
+            let mut seen = BTreeSet::new();
+            let mut values = self.values(parameter);
+            values.retain(|value| seen.insert(*value));
+            for cell in &cells {
+                for value in &values {
+                    let mut cell = cell.clone();
+                    parameter.set(&mut cell, value).map_err(anyhow::Error::msg)?;
+                    more.push(cell);
+                }
+            }
+            cells = more;
+        }
+        let mut all = Cells::default();
+        for cell in cells {
+            let runner = runner(cell.asked_runner)?;
+            let gather = cell.gather.unwrap_or_else(|| runner.default_gather());
+            let cell = Cell { gather: Some(gather), runner, ..cell }.effective();
+            if let Some(gather) = cell.gather.filter(|gather| gather.hardware)
+                && !cell.runner.has_ray_queries()
+            {
+                let (gather, runner) = (gather.name, runner_name(&cell.runner));
+                let line = format!("gather {gather} needs ray queries, and {runner} has none: skipped");
+                if !all.skipped.contains(&line) {
+                    all.skipped.push(line);
+                }
+                continue;
+            }
+            all.cells.push(cell);
+        }
+        keep_one_of_each(&mut all.cells);
+        name_all(&mut all.cells);
+        Ok(all)
+    }
+}
+
+/// Leaves the first of cells that render the same.
+pub fn keep_one_of_each(cells: &mut Vec<Cell>) {
+    let mut seen = BTreeSet::new();
+    cells.retain(|cell| seen.insert(cell.key()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameter::{DENOISER, FEATURES, GATHER, HISTORY, METHOD, PATHS_PER_PIXEL, RADIUS_PX};
+    use caustics_kernels::gather::variant;
+    use caustics_kernels::{denoiser, history};
+
+    fn matrix(gathers: &[&str]) -> Matrix {
+        let mut matrix = Matrix::default();
+        let names = |all: Vec<&'static str>| all;
+        for (parameter, values) in [
+            (&METHOD, vec!["basic", "path"]),
+            (&GATHER, gathers.to_vec()),
+            (&HISTORY, names(history::ALL.iter().map(|history| history.name).collect())),
+            (&DENOISER, names(denoiser::ALL.iter().map(|denoiser| denoiser.name).collect())),
+            (&PATHS_PER_PIXEL, vec!["0.5", "1"]),
+            (&RADIUS_PX, vec!["1", "2"]),
+            (&FEATURES, vec!["scene", "all"]),
+            (&RUNNER, vec!["cpu"]),
+        ] {
+            for value in values {
+                matrix.add(parameter, value).unwrap();
+            }
+        }
+        matrix
+    }
+
+    fn cells(matrix: &Matrix) -> Cells {
+        matrix.cells(&mut |_| Ok(RunnerChoice::Cpu { threads: 0 })).unwrap()
+    }
+
+    #[test]
+    fn every_combination_is_there_once() {
+        let gathers: Vec<_> = variant::ALL.iter().map(|gather| gather.name).collect();
+        let Cells { cells, skipped } = cells(&matrix(&gathers));
+        let software = variant::ALL.iter().filter(|gather| !gather.hardware).count();
+        let basic = software * history::ALL.len() * denoiser::ALL.len() * 2 * 2 * 2;
+        // The path tracer knows but the features.
+        assert_eq!(cells.len(), basic + 2);
+        assert_eq!(skipped.len(), variant::ALL.len() - software);
+        let mut names: Vec<&str> = cells.iter().map(|cell| cell.name.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), cells.len(), "names are told apart");
+    }
+
+    #[test]
+    fn a_gather_that_no_runner_has_leaves_the_methods_without_one() {
+        let hardware: Vec<_> =
+            variant::ALL.iter().filter(|gather| gather.hardware).map(|gather| gather.name).collect();
+        let Cells { cells: left, skipped } = cells(&matrix(&hardware));
+        assert!(left.iter().all(|cell| cell.method.name == "path"), "{left:?}");
+        assert!(!skipped.is_empty());
+        let mut alone = Matrix::default();
+        alone.add(&METHOD, "path").unwrap();
+        alone.add(&GATHER, "points-rt").unwrap();
+        assert!(cells(&alone).skipped.is_empty(), "nothing was asked for that is not there");
+    }
+
+    #[test]
+    fn a_wrong_value_is_refused() {
+        assert!(Matrix::default().add(&METHOD, "basik").unwrap_err().contains("yang2021"));
+        assert!(Matrix::default().add(&RADIUS_PX, "0").is_err());
+    }
+}

@@ -1,0 +1,28 @@
+//! Memory of a cell, buffer by buffer, as its plan asks for it.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::cell::Cell;
+use super::plan::MeasurementPlan;
+use caustics::scene::Scene;
+use caustics_kernels::method::frame::frame_buffers;
+
+/// Bytes of the buffers of a cell, scene tables aside.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BufferMemory {
+    /// Of all.
+    pub total_bytes: usize,
+    /// Of each.
+    pub buffers_bytes: BTreeMap<&'static str, usize>,
+}
+
+/// The buffers that a session of the cell allocates, opened at the scene's pose.
+pub fn memory(plan: &MeasurementPlan, cell: &Cell, scene: &Scene) -> Option<BufferMemory> {
+    let camera = scene.camera(Some(&plan.camera)).ok()?;
+    let params = cell.settings(&plan.settings).largest(scene, camera);
+    let buffers = frame_buffers(cell.method, cell.parts(), &params);
+    let buffers_bytes: BTreeMap<_, _> = buffers.iter().map(|buffer| (buffer.name, buffer.bytes)).collect();
+    Some(BufferMemory { total_bytes: buffers_bytes.values().sum(), buffers_bytes })
+}

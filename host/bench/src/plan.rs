@@ -1,0 +1,55 @@
+//! What an experiment measures: what its cells have in common.
+
+use std::ops::Range;
+
+use caustics::settings::Settings;
+
+/// Frames whose errors are measured.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Compared {
+    /// The last one.
+    Last,
+    /// Every one.
+    Every,
+    /// These; the first frame is 0.
+    These(Vec<u32>),
+}
+
+/// What is measured.
+#[derive(Clone, Debug)]
+pub struct MeasurementPlan {
+    /// Settings of all cells; what a cell has is its own.
+    pub settings: Settings,
+    /// Name of the camera.
+    pub camera: String,
+    /// Indices of the frames.
+    pub frames: Range<u32>,
+    /// Frames a second; frame k shows the time k / fps.
+    pub fps: f64,
+    /// The time that all frames show instead (s).
+    pub moment: Option<f64>,
+    /// Frames rendered at the first frame's pose before it, and not recorded.
+    pub warm_up: u32,
+    /// Whether times are recorded.
+    pub time: bool,
+    /// The frames whose errors are measured.
+    pub compared: Compared,
+    /// Independent runs of each cell: seeds from that of the settings on.
+    pub seeds: u32,
+}
+
+impl MeasurementPlan {
+    /// Time that a frame shows (s).
+    pub fn time_of(&self, frame: u32) -> f64 {
+        self.moment.unwrap_or(f64::from(frame) / self.fps)
+    }
+
+    /// Whether errors of a frame are measured.
+    pub fn compares(&self, frame: u32) -> bool {
+        match &self.compared {
+            Compared::Last => frame + 1 == self.frames.end,
+            Compared::Every => true,
+            Compared::These(frames) => frames.contains(&(frame - self.frames.start)),
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! The reference of each frame: many frames of `progressive` at that frame's pose, rendered once and kept on disk.
+//!
+//! Its light paths and radii are its own, whatever those of the cells, so that all cells of a view share it: radii start as
+//! the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256 frames. Cells whose radius is
+//! below that are not blurred more than their reference. Its seed is its own, the same for all frames: where nothing moves, it does not change at all.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use bytemuck::pod_collect_to_vec;
+use glam::Vec3;
+
+use super::cell::Cell;
+use super::identity::{self, pose};
+use super::plan::MeasurementPlan;
+use caustics::accumulation::{Accumulation, BATCHES};
+use caustics::file::read_file;
+use caustics::hash::digest;
+use caustics::image_file::Channels;
+use caustics::output::target::Target;
+use caustics::output::{attributes, exr};
+use caustics::rendered_image::RenderedImage;
+use caustics::scene::Scene;
+use caustics::session::Session;
+use caustics::settings::Settings;
+use caustics_kernels::interface::choice::Sampler;
+use caustics_kernels::method::progressive::PROGRESSIVE;
+use caustics_kernels::{denoiser, history};
+
+/// Seed of all references; no cell may have it.
+pub const SEED: u32 = 0x7265_6665;
+/// A reference's frame shoots this many light paths a pixel: its camera paths cost as much in any case.
+const LIGHT_PATHS_PER_PIXEL: u32 = 4;
+
+/// References of the frames of a plan.
+#[derive(Debug)]
+pub struct References<'a> {
+    plan: &'a MeasurementPlan,
+    cell: &'a Cell,
+    /// Posed at one time after the other.
+    scene: RefCell<Scene>,
+    settings: Settings,
+    frames: u32,
+    folder: PathBuf,
+    /// What decides the reference of each frame that was asked for.
+    identities: RefCell<BTreeMap<u32, String>>,
+}
+
+/// What became of a reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// It was there.
+    Reused,
+    /// It was rendered.
+    Rendered,
+    /// It was there, but damaged or another's, and was rendered anew.
+    Replaced,
+    /// The run was stopped before it was done.
+    Stopped,
+}
+
+impl<'a> References<'a> {
+    /// References of a scene as loaded, in a folder of their own below `cache`. Of the cell they have the bounces, and its
+    /// runner renders them.
+    pub fn new(
+        plan: &'a MeasurementPlan,
+        cell: &'a Cell,
+        scene: &Scene,
+        frames: u32,
+        cache: &Path,
+    ) -> References<'a> {
+        let pixels = plan.settings.width * plan.settings.height;
+        let settings = Settings {
+            light_paths: LIGHT_PATHS_PER_PIXEL * pixels,
+            radius_px: 1.0,
+            max_bounces: cell.max_bounces,
+            seed: SEED,
+            history: &history::NONE,
+            denoiser: &denoiser::NONE,
+            sampler: Sampler::Sobol,
+            batches: BATCHES,
+            exposure: 0.0,
+            ..plan.settings.clone()
+        };
+        let view = identity::view(scene, &plan.camera, &settings);
+        let name = digest(&format!("{view}frames {frames} fps {}", plan.fps));
+        let folder = cache.join("references").join(name);
+        let (scene, identities) = (RefCell::new(scene.clone()), RefCell::default());
+        References { plan, cell, scene, settings, frames, folder, identities }
+    }
+
+    /// Where they are kept.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The file of a frame's reference; that of every frame where nothing moves.
+    pub fn path(&self, frame: u32) -> PathBuf {
+        self.folder.join(format!("{:04}.exr", self.known_as(frame)))
+    }
+
+    /// The frame that the reference of a frame is kept as.
+    fn known_as(&self, frame: u32) -> u32 {
+        if self.plan.moment.is_none() { frame } else { 0 }
+    }
+
+    /// Makes sure that the reference of a frame is there.
+    ///
+    /// # Errors
+    /// A scene that cannot be posed or rendered, a folder that cannot be written.
+    pub fn keep(&self, frame: u32, stopped: &dyn Fn() -> bool) -> anyhow::Result<Kept> {
+        let identity = self.identity(frame)?;
+        let path = self.path(frame);
+        let was_there = path.exists();
+        if was_there && self.read(&path, &identity).is_ok() {
+            return Ok(Kept::Reused);
+        }
+        pose(&mut self.scene.borrow_mut(), self.plan.time_of(frame))?;
+        let rendered = self.render(&self.scene.borrow(), &identity, stopped)?;
+        let Some(bytes) = rendered else { return Ok(Kept::Stopped) };
+        std::fs::create_dir_all(&self.folder)
+            .with_context(|| format!("cannot create {}; set CAUSTICS_CACHE", self.folder.display()))?;
+        Target::claim(&path, true)?.finish(&bytes)?;
+        Ok(if was_there { Kept::Replaced } else { Kept::Rendered })
+    }
+
+    /// The reference of a frame, which must have been kept.
+    ///
+    /// # Errors
+    /// A file that is not there, is damaged, or is another's.
+    pub fn load(&self, frame: u32) -> anyhow::Result<RenderedImage> {
+        self.read(&self.path(frame), &self.identity(frame)?)
+    }
+
+    /// What decides the bits of the reference of a frame, but for the runner's last digits.
+    fn identity(&self, frame: u32) -> anyhow::Result<String> {
+        let known_as = self.known_as(frame);
+        if let Some(known) = self.identities.borrow().get(&known_as) {
+            return Ok(known.clone());
+        }
+        let mut scene = self.scene.borrow_mut();
+        pose(&mut scene, self.plan.time_of(frame))?;
+        let view = identity::view(&scene, &self.plan.camera, &self.settings);
+        let identity = format!("{view}frames {}", self.frames);
+        self.identities.borrow_mut().insert(known_as, identity.clone());
+        Ok(identity)
+    }
+
+    fn render(
+        &self,
+        scene: &Scene,
+        identity: &str,
+        stopped: &dyn Fn() -> bool,
+    ) -> anyhow::Result<Option<Vec<u8>>> {
+        let Cell { runner, .. } = self.cell;
+        let features = scene.features(self.settings.specular_roughness);
+        let camera = scene.camera(Some(&self.plan.camera))?;
+        let mut session = Session::new(
+            runner,
+            scene,
+            camera,
+            &self.settings,
+            &PROGRESSIVE,
+            runner.default_gather(),
+            features,
+        )?;
+        let mut sums = Accumulation::in_batches(self.settings.batches_of_frames());
+        for frame in 0..self.frames {
+            if stopped() {
+                return Ok(None);
+            }
+            session.frame(frame)?;
+            sums.add(&session.image()?);
+        }
+        let attributes = BTreeMap::from([
+            ("identity".to_string(), digest(identity)),
+            ("what".into(), identity.trim().replace('\n', "; ")),
+            ("device".into(), session.device()),
+        ]);
+        let variance = sums.variance().map(|variance| (variance, sums.frames()));
+        Ok(Some(exr::encode(&sums.mean(), variance, &attributes)?))
+    }
+
+    /// Both layers of a file, if it is whole and of this identity.
+    fn read(&self, path: &Path, identity: &str) -> anyhow::Result<RenderedImage> {
+        let bytes = read_file(path).with_context(|| format!("cannot read {}", path.display()))?;
+        anyhow::ensure!(attributes::is_whole(&bytes) == Some(true), "{} is damaged", path.display());
+        let channels = Channels::decode(&bytes).map_err(anyhow::Error::msg)?;
+        let size = (channels.width, channels.height);
+        let expected = (self.settings.width as usize, self.settings.height as usize);
+        let known = channels.attributes.get("identity").is_some_and(|found| *found == digest(identity));
+        anyhow::ensure!(size == expected && known, "{} is another's reference", path.display());
+        let layer = |name: &str| -> anyhow::Result<Vec<Vec3>> {
+            let rgb = channels.layer(name);
+            let rgb = rgb.with_context(|| format!("{} has no layer {name}", path.display()))?;
+            let values = (0..size.0 * size.1).flat_map(|pixel| rgb.map(|channel| channel[pixel]));
+            let values: Vec<f32> = values.collect();
+            anyhow::ensure!(values.iter().all(|value| value.is_finite()), "{} is damaged", path.display());
+            Ok(pod_collect_to_vec(&values))
+        };
+        let (path, caustics) = (layer("path")?, layer("caustics")?);
+        Ok(RenderedImage { width: size.0, height: size.1, path, caustics, ..RenderedImage::default() })
+    }
+}

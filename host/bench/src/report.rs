@@ -1,0 +1,222 @@
+//! A report: folders of results in, one page out that needs no network, and SVG and CSV of each figure.
+//!
+//! `load` reads the cells, `scene` groups and `name` names them; every figure, table and block has a file of its own;
+//! `page` puts them together.
+
+use std::path::PathBuf;
+
+use maud::{Markup, html};
+
+mod axis;
+mod baseline;
+mod cells;
+mod features;
+mod figure;
+mod frames;
+mod growth;
+mod images;
+mod load;
+mod name;
+mod number;
+mod overview;
+mod page;
+mod pareto;
+mod passes;
+mod plot;
+mod provenance;
+mod ratio;
+mod scene;
+mod speed;
+mod stability;
+mod strip;
+mod table;
+mod tip;
+
+use crate::error::MEASURES;
+use crate::result::CellResult;
+
+use figure::Figure;
+use images::ReportImages;
+use load::Measured;
+use name::Names;
+pub use page::STYLE;
+use page::Section;
+use scene::ReportScene;
+use table::{Table, csv};
+
+/// What a report is made of.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Folders of results.
+    pub folders: Vec<PathBuf>,
+    /// Folders of results that these are held against, cell by cell.
+    pub baseline: Vec<PathBuf>,
+    /// The page's title.
+    pub title: String,
+    /// Images of a scene, at most.
+    pub images: usize,
+    /// The page's file, for the command that makes it again.
+    pub output: PathBuf,
+}
+
+/// A report that can be written.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// The page.
+    pub html: String,
+    /// Files beside it: names and contents.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// What a reader of the report does not see.
+    pub warnings: Vec<String>,
+    /// Cells in it.
+    pub cells: usize,
+}
+
+impl Report {
+    fn add_figure(&mut self, figure: &Figure) -> anyhow::Result<()> {
+        self.files.push((format!("{}.svg", figure.name), figure.file().into_bytes()));
+        self.add_rows(&figure.name, &figure.rows)
+    }
+
+    fn add_rows(&mut self, name: &str, rows: &[Vec<String>]) -> anyhow::Result<()> {
+        self.files.push((format!("{name}.csv"), csv(rows)?));
+        Ok(())
+    }
+
+    fn table(&mut self, table: &Table, head: &str, note: &str) -> anyhow::Result<Markup> {
+        self.add_rows(&table.name, &table.rows())?;
+        Ok(page::table(table, head, note))
+    }
+
+    fn figure(&mut self, figure: &Figure, head: &str, note: &str) -> anyhow::Result<Markup> {
+        self.add_figure(figure)?;
+        Ok(page::figure(figure, head, note))
+    }
+}
+
+/// Makes the report.
+pub fn report(request: &Request) -> anyhow::Result<Report> {
+    let (cells, warnings) = load::load(&request.folders)?;
+    let (before, of_before) = match &request.baseline[..] {
+        [] => Default::default(),
+        folders => load::load(folders)?,
+    };
+    let report = from_cells(&cells, &before, request)?;
+    Ok(Report { warnings: [warnings, of_before, report.warnings].concat(), ..report })
+}
+
+/// Makes the report of results that lie in no folder.
+pub(crate) fn from_results(results: Vec<CellResult>, request: &Request) -> anyhow::Result<Report> {
+    let measured = |result| Measured { result, folder: "/no folder".into() };
+    from_cells(&results.into_iter().map(measured).collect::<Vec<_>>(), &[], request)
+}
+
+fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> anyhow::Result<Report> {
+    let names = Names::new(cells);
+    let scenes = scene::scenes(cells);
+    let mut report = Report { cells: cells.len(), ..Report::default() };
+    let mut images = ReportImages::default();
+    let mut sections = Vec::new();
+    if let Some(overview) = overview::overview(&scenes, &names) {
+        let content = report.table(&overview.table, &overview.table.title, &overview.sentence)?;
+        sections.push(Section { id: "overview".into(), title: "Over all scenes".into(), content });
+    }
+    if !request.baseline.is_empty() {
+        let content = match baseline::changes(before, cells, &names) {
+            Some(table) => {
+                let note = "Standard errors are those between seeds, and of the medians of times. Times of two runs were not \
+                            taken in turns: what else the machine did differs too.";
+                report.table(&table, "Cells that both have", note)?
+            }
+            None => html! { p .note { "No cell of these results has the same settings and size before." } },
+        };
+        sections.push(Section { id: "baseline".into(), title: "Before and after".into(), content });
+    }
+    for scene in &scenes {
+        let content =
+            scene_section(scene, &names.among(&scene.cells), &mut images, request.images, &mut report)?;
+        sections.push(Section { id: format!("scene-{}", scene.slug), title: scene.title.clone(), content });
+    }
+    if let Some((figures, table)) = growth::growth(cells) {
+        let mut parts = Vec::new();
+        for figure in &figures {
+            parts.push(report.figure(figure, &figure.title, "")?);
+        }
+        let note = "Least squares of logarithms over cells that differ in one quantity, and the slope of the last step, where \
+                    fixed costs hide least; n log n over the same values. What is above it by twice its standard error, \
+                    over all values or in the last step, is not within.";
+        parts.push(report.table(&table, "Exponents", note)?);
+        let content = html! { @for part in &parts { (part) } };
+        sections.push(Section { id: "growth".into(), title: "Cost against work".into(), content });
+    }
+    if let Some(table) = features::features(&scenes, &names) {
+        report.add_rows(&table.name, &table.rows())?;
+        let content = features::inline(&table);
+        sections.push(Section { id: "features".into(), title: "Code that is not needed".into(), content });
+    }
+    let stability = stability::stability()?;
+    if !stability.mode.is_empty() {
+        report.add_rows("stability", &stability.rows())?;
+        let content = html! {
+            p .note { "Known ways in which such methods fail; each is a test that runs with every change of the program." }
+            (stability.inline())
+        };
+        sections.push(Section { id: "stability".into(), title: "Stability".into(), content });
+    }
+    report.add_rows("cells", &cells::all(cells, &names))?;
+    let commands = provenance::commands(cells, &request.folders, &request.output);
+    let content = provenance::inline(cells, &commands);
+    sections.push(Section { id: "provenance".into(), title: "Provenance".into(), content });
+
+    let count = |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
+    let lead = format!("{} of {}.", count(cells.len(), "cell"), count(scenes.len(), "scene"));
+    report.html = page::page(&request.title, &lead, &sections, &images.store());
+    for path in &images.missing {
+        report.warnings.push(format!("{} is missing, and its cell is shown without it", path.display()));
+    }
+    Ok(report)
+}
+
+/// All that is known of a scene, in the order of its questions: which is best, what does it look like, why does it
+/// take that long, what are the numbers.
+fn scene_section(
+    scene: &ReportScene,
+    names: &Names,
+    images: &mut ReportImages,
+    count: usize,
+    report: &mut Report,
+) -> anyhow::Result<Markup> {
+    let charted = MEASURES.into_iter().filter(|measure| measure.charted);
+    let charts: Vec<_> = charted.filter_map(|measure| speed::chart(scene, names, measure)).collect();
+    for chart in &charts {
+        report.add_figure(&chart.figure)?;
+    }
+    let mut parts = Vec::new();
+    if !charts.is_empty() {
+        parts.push(html! { h3 { "Speed against accuracy" } (page::charts(&charts)) });
+    }
+    if let Some(strip) = strip::strip(scene, names, images, count)? {
+        parts.push(html! { h3 { "Images" } (strip) });
+    }
+    if let Some(figure) = passes::passes(scene, names) {
+        let note = "Medians of the passes; the number at the end is the median of the whole frame.";
+        parts.push(report.figure(&figure, "Time by pass", note)?);
+    }
+    for figure in frames::frames(scene, names) {
+        let head = figure.title.rsplit(": ").next().unwrap_or_default();
+        let (first, rest) = head.split_at(head.chars().next().map_or(0, char::len_utf8));
+        let head = first.to_uppercase() + rest;
+        parts.push(report.figure(&figure, &head, "")?);
+    }
+    if let Some(table) = ratio::ratios(scene, names) {
+        let note =
+            "Time is the median over turns of the cell's time over that of the first cell in the same turn.";
+        parts.push(report.table(&table, "Ratios", note)?);
+    }
+    let (table, common) = cells::table(scene);
+    let common: Vec<String> = common.iter().map(|(head, text)| format!("{head} {text}")).collect();
+    let note =
+        if common.is_empty() { String::new() } else { format!("The same for all: {}.", common.join(", ")) };
+    parts.push(report.table(&table, "All cells", &note)?);
+    Ok(html! { @for part in &parts { (part) } })
+}

@@ -1,0 +1,136 @@
+//! Before and after: the same cells in other results, and whether what differs is more than noise.
+
+use super::load::Measured;
+use super::name::{Names, size};
+use super::table::{Column, Table, TableValue};
+use crate::error::{MEASURES, Measure};
+use crate::result::Quartiles;
+
+/// Standard errors from which on a difference is called one.
+const MIN_SIGNIFICANT: f64 = 3.0;
+
+/// A value before and after.
+struct Change {
+    cell: String,
+    what: &'static str,
+    before: f64,
+    after: f64,
+    /// Difference over its standard error; none where no seeds or frames tell it.
+    z: Option<f64>,
+}
+
+/// Times and errors of cells that both have; none where they share no cell.
+pub fn changes(before: &[Measured], after: &[Measured], names: &Names) -> Option<Table> {
+    let mut changes = Vec::new();
+    for cell in after {
+        let same = |other: &&Measured| other.result.cell == cell.result.cell && size(other) == size(cell);
+        let Some(other) = before.iter().find(same) else { continue };
+        let name = format!("{} · {}", cell.result.cell.scene, names.label(cell));
+        if let (Some(old), Some(new)) = (&other.result.time, &cell.result.time) {
+            let (before, after) = (old.total_ms.median, new.total_ms.median);
+            let off = deviation(&old.total_ms, old.frames).hypot(deviation(&new.total_ms, new.frames));
+            changes.push(Change {
+                cell: name.clone(),
+                what: "time [ms]",
+                before,
+                after,
+                z: z(before, after, off),
+            });
+        }
+        changes.extend(MEASURES.into_iter().filter_map(|measure| error_change(&name, other, cell, measure)));
+    }
+    (!changes.is_empty()).then(|| table(&changes))
+}
+
+fn error_change(name: &str, old: &Measured, new: &Measured, measure: &'static Measure) -> Option<Change> {
+    let (old, new) = (old.result.error.as_ref()?, new.result.error.as_ref()?);
+    let (before, after) = (old.get(measure)?, new.get(measure)?);
+    let off = old.standard_error(measure).zip(new.standard_error(measure));
+    let z = off.and_then(|(old, new)| z(before, after, old.hypot(new)));
+    Some(Change { cell: name.into(), what: measure.head, before, after, z })
+}
+
+/// Standard error of a median, by its quartiles, as of normal noise.
+fn deviation(quartiles: &Quartiles, frames: u32) -> f64 {
+    1.2533 * (quartiles.upper - quartiles.lower) / 1.349 / f64::from(frames.max(1)).sqrt()
+}
+
+fn z(before: f64, after: f64, standard_error: f64) -> Option<f64> {
+    let z = (after - before) / standard_error;
+    z.is_finite().then_some(z)
+}
+
+/// What a change is called. Less is better of all that is compared.
+fn verdict(change: &Change) -> &'static str {
+    match change.z {
+        _ if change.before == change.after => "the same",
+        None => "not known",
+        Some(z) if z < -MIN_SIGNIFICANT => "better",
+        Some(z) if z > MIN_SIGNIFICANT => "worse",
+        Some(_) => "within noise",
+    }
+}
+
+fn table(changes: &[Change]) -> Table {
+    let column = |head, key: &str, value: &dyn Fn(&Change) -> TableValue| Column {
+        head,
+        key: key.into(),
+        values: changes.iter().map(value).collect(),
+    };
+    let ratio = |change: &Change| Some(change.after / change.before).filter(|ratio| ratio.is_finite());
+    let columns = vec![
+        column("cell", "cell", &|change| TableValue::Text(change.cell.clone())),
+        column("measure", "measure", &|change| TableValue::Text(change.what.into())),
+        column("before", "before", &|change| TableValue::number(Some(change.before))),
+        column("after", "after", &|change| TableValue::number(Some(change.after))),
+        column("after/before", "ratio", &|change| TableValue::number(ratio(change))),
+        column("standard errors", "z", &|change| TableValue::number(change.z)),
+        column("", "verdict", &|change| TableValue::Text(verdict(change).into())),
+    ];
+    Table { name: "baseline".into(), title: "Before and after".into(), columns }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::FLIP;
+    use crate::parameter::METHOD;
+    use crate::result::{CellConfig, CellError, CellResult, CellTime};
+
+    fn cell(method: &str, ms: f64, flip: f64, flip_off: f64) -> Measured {
+        let mut error = CellError::default().with(&FLIP, Some(flip));
+        error.standard_errors.insert(FLIP.key.into(), flip_off);
+        let total_ms = Quartiles { lower: ms - 1.0, median: ms, upper: ms + 1.0 };
+        let result = CellResult {
+            cell: CellConfig::new("a", "main").with(&METHOD, method),
+            time: Some(CellTime { total_ms, frames: 16, ..CellTime::default() }),
+            error: Some(error),
+            ..CellResult::default()
+        };
+        Measured { result, folder: "".into() }
+    }
+
+    #[test]
+    fn what_differs_by_more_than_noise_is_called_better_or_worse() {
+        let before = [cell("basic", 100.0, 0.1, 0.001), cell("path", 50.0, 0.2, 0.01)];
+        let after =
+            [cell("basic", 90.0, 0.11, 0.001), cell("path", 50.5, 0.2, 0.01), cell("new", 1.0, 0.1, 0.1)];
+        let rows = changes(&before, &after, &Names::new(&after)).unwrap().rows();
+        let verdicts: Vec<(&str, &str, &str)> =
+            rows[1..].iter().map(|row| (row[0].as_str(), row[1].as_str(), row[6].as_str())).collect();
+        assert_eq!(
+            verdicts,
+            [
+                ("a · basic", "time [ms]", "better"),
+                ("a · basic", "FLIP", "worse"),
+                ("a · path", "time [ms]", "within noise"),
+                ("a · path", "FLIP", "the same"),
+            ]
+        );
+        // A hundredth against two standard errors of a thousandth.
+        assert!(
+            (rows[2][5].parse::<f64>().unwrap() - 0.01 / 0.002_f64.hypot(0.0) * 2.0_f64.sqrt()).abs() < 1e-6
+        );
+        assert!(changes(&before, &after[2..], &Names::new(&after)).is_none());
+    }
+}

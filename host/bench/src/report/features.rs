@@ -1,0 +1,163 @@
+//! What a scene does not need, and what leaving it out gains: pairs of cells that differ in `features` only.
+
+use caustics_kernels::interface::features::Features;
+use maud::{Markup, html};
+
+use super::load::Measured;
+use super::name::Names;
+use super::scene::ReportScene;
+use super::table::{Column, Table, TableValue};
+use crate::parameter::FEATURES;
+use caustics::scene;
+
+/// The default of `--specular-roughness`, which decides what is a caster.
+const SPECULAR_ROUGHNESS: f32 = 0.25;
+
+/// A cell as the scene needs it, and the same with all code compiled in.
+type Pair<'a> = (&'a Measured, &'a Measured);
+
+/// The table over all scenes; none without a pair. Its last column repeats what each scene does without.
+pub fn features(scenes: &[ReportScene], names: &Names) -> Option<Table> {
+    let mut rows: Vec<(String, String, Pair)> = Vec::new();
+    for scene in scenes {
+        let pairs = pairs(&scene.cells);
+        let unneeded = if pairs.is_empty() { String::new() } else { unneeded(&pairs[0].0.result.cell.scene) };
+        rows.extend(pairs.into_iter().map(|pair| (scene.title.clone(), unneeded.clone(), pair)));
+    }
+    if rows.is_empty() {
+        return None;
+    }
+    let word =
+        |text: &String| if text.is_empty() { TableValue::None } else { TableValue::Text(text.clone()) };
+    let ms = |cell: &Measured| cell.result.time.as_ref().map(|time| time.total_ms.median);
+    let gain = |pair: &Pair| Some(100.0 * (1.0 - ratio(pair)?));
+    let percent = |value: Option<f64>| {
+        value.map_or(TableValue::None, |value| TableValue::Number(value, format!("{value:.1} %")))
+    };
+    let column = |head, key: &str, values| Column { head, key: key.into(), values };
+    let columns = vec![
+        column("scene", "scene", rows.iter().map(|(scene, ..)| TableValue::Text(scene.clone())).collect()),
+        column(
+            "cell",
+            "cell",
+            rows.iter().map(|(.., (cell, _))| TableValue::Text(names.label(cell))).collect(),
+        ),
+        column(
+            "as needed [ms]",
+            "scene_ms",
+            rows.iter().map(|(.., pair)| TableValue::number(ms(pair.0))).collect(),
+        ),
+        column("all [ms]", "all_ms", rows.iter().map(|(.., pair)| TableValue::number(ms(pair.1))).collect()),
+        column("time saved", "saved_percent", rows.iter().map(|(.., pair)| percent(gain(pair))).collect()),
+        column("not needed", "not_needed", rows.iter().map(|(_, names, _)| word(names)).collect()),
+    ];
+    let title = "What a scene does not need, and what leaving it out gains".into();
+    Some(Table { name: "features".into(), title, columns }.without_empty())
+}
+
+/// The table for the page: what a scene does without is said once, not in each of its rows.
+pub fn inline(table: &Table) -> Markup {
+    let column = |key: &str| table.columns.iter().position(|column| column.key == key);
+    let rows = table.rows();
+    let mut notes: Vec<(&String, &String)> = match (column("scene"), column("not_needed")) {
+        (Some(scene), Some(names)) => rows[1..].iter().map(|row| (&row[scene], &row[names])).collect(),
+        _ => vec![],
+    };
+    // Every row has a scene, but not every scene is at hand.
+    notes.retain(|(_, names)| !names.is_empty());
+    notes.dedup();
+    let mut short = table.clone();
+    short.columns.retain(|column| column.key != "not_needed");
+    html! {
+        p .note { "The same frame with the code that the scene needs alone, and with all code compiled in." }
+        (short.inline())
+        @for (scene, names) in notes { p .note { b { (scene) } " does without " (names) "." } }
+    }
+}
+
+fn pairs<'a>(cells: &[&'a Measured]) -> Vec<Pair<'a>> {
+    let timed: Vec<&Measured> = cells.iter().copied().filter(|cell| cell.result.time.is_some()).collect();
+    let device = |cell: &Measured| cell.result.provenance.device.clone();
+    let size =
+        |cell: &Measured| cell.result.time.as_ref().map(|time| (time.width, time.height, time.light_paths));
+    let mut pairs = Vec::new();
+    for cell in timed.iter().filter(|cell| cell.result.cell.text(&FEATURES) == "scene") {
+        let wanted = cell.result.cell.clone().with(&FEATURES, "all");
+        let other = timed.iter().find(|other| {
+            // Times of other runs were not taken in turns with these.
+            other.result.cell == wanted
+                && other.folder == cell.folder
+                && device(other) == device(cell)
+                && size(other) == size(cell)
+        });
+        pairs.extend(other.map(|other| (*cell, *other)));
+    }
+    pairs
+}
+
+/// Time of the first of a pair over that of the second: by turns, if both were held against the same cell.
+fn ratio((one, other): &Pair) -> Option<f64> {
+    let (one, other) = (one.result.time.as_ref()?, other.result.time.as_ref()?);
+    let turns = one.ratio_to_first.zip(other.ratio_to_first).filter(|_| one.first == other.first);
+    let (one, other) = turns.unwrap_or((one.total_ms.median, other.total_ms.median));
+    Some(one / other)
+}
+
+/// Names of the code that the scene does without; nothing where the scene is not at hand.
+fn unneeded(name: &str) -> String {
+    let load = || scene::Scene::load(&scene::resolve(name).ok()?).ok();
+    let Some(scene) = load() else { return String::new() };
+    let features = scene.features(SPECULAR_ROUGHNESS);
+    let names = Features::NAMES.iter().filter(|(bit, _)| !features.has(*bit)).map(|(_, name)| *name);
+    names.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameter::{METHOD, PATHS_PER_PIXEL};
+    use crate::report::scene::scenes;
+    use crate::result::{CellConfig, CellResult, CellTime, Quartiles};
+
+    fn cell(features: &str, paths: f64, ms: f64) -> Measured {
+        let cell = CellConfig::new("nowhere", "")
+            .with(&METHOD, "basic")
+            .with(&FEATURES, features)
+            .with(&PATHS_PER_PIXEL, &paths.to_string());
+        let total_ms = Quartiles { median: ms, ..Quartiles::default() };
+        let time = Some(CellTime { total_ms, ..CellTime::default() });
+        Measured { result: CellResult { cell, time, ..CellResult::default() }, folder: "".into() }
+    }
+
+    #[test]
+    fn only_cells_that_differ_in_needs_alone_are_pairs() {
+        let mut cells = vec![
+            cell("all", 1.0, 10.0),
+            cell("scene", 1.0, 8.0),
+            cell("scene", 2.0, 20.0),
+            cell("all", 4.0, 40.0),
+        ];
+        let names = Names::new(&cells);
+        let rows = features(&scenes(&cells), &names).unwrap().rows();
+        assert_eq!(rows[0], ["scene", "cell", "scene_ms", "all_ms", "saved_percent"]);
+        assert_eq!(rows[1][..4], ["nowhere", "basic · 1 path/px", "8", "10"]);
+        assert!((rows[1][4].parse::<f64>().unwrap() - 20.0).abs() < 1e-9 && rows.len() == 2);
+        // In their turns the one took a quarter less.
+        for (cell, ratio) in cells.iter_mut().zip([1.0, 0.75]) {
+            let time = cell.result.time.as_mut().unwrap();
+            (time.ratio_to_first, time.first) = (Some(ratio), "first".into());
+        }
+        let rows = features(&scenes(&cells), &names).unwrap().rows();
+        assert!((rows[1][4].parse::<f64>().unwrap() - 25.0).abs() < 1e-9);
+        cells[0].result.provenance.device = "another".into();
+        assert!(features(&scenes(&cells), &names).is_none());
+    }
+
+    #[test]
+    fn a_room_of_plain_walls_does_without_glass() {
+        let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/");
+        let plain = unneeded(&format!("{scenes}plain-room"));
+        assert!(plain.contains("glass"), "{plain}");
+        assert!(!unneeded(&format!("{scenes}mirror-room")).split(", ").any(|name| name == "glass"));
+    }
+}

@@ -1,0 +1,142 @@
+//! The cells of one scene seen through one camera, and those that stand for the rest.
+
+use super::load::Measured;
+use super::name::Names;
+use crate::parameter::{FEATURES, PATHS_PER_PIXEL};
+
+/// A scene of the report.
+#[derive(Debug)]
+pub struct ReportScene<'a> {
+    /// In heads: its name, and the camera's where the scene has several.
+    pub title: String,
+    /// Stem of the names of its files: letters, digits and dashes, and no other scene's.
+    pub slug: String,
+    /// Its cells.
+    pub cells: Vec<&'a Measured>,
+}
+
+/// The scenes of cells that are in order.
+pub fn scenes(cells: &[Measured]) -> Vec<ReportScene<'_>> {
+    let key = |cell: &Measured| (cell.result.cell.scene.clone(), cell.result.cell.camera.clone());
+    let mut scenes: Vec<ReportScene> = Vec::new();
+    let chunks: Vec<&[Measured]> = cells.chunk_by(|a, b| key(a) == key(b)).collect();
+    for chunk in &chunks {
+        let (name, camera) = key(&chunk[0]);
+        let alone = chunks.iter().filter(|other| key(&other[0]).0 == name).count() == 1;
+        let title = if alone { name } else { format!("{name}, camera {camera}") };
+        let stem = slug(&title);
+        let numbered = (scenes.len() + 1..).map(|number| format!("{stem}-{number}"));
+        let mut names = [stem.clone()].into_iter().chain(numbered);
+        let slug = names.find(|name| scenes.iter().all(|scene| scene.slug != *name)).unwrap_or(stem);
+        scenes.push(ReportScene { title, slug, cells: chunk.iter().collect() });
+    }
+    scenes
+}
+
+/// Most letters of a name for files: file systems have 255 bytes for it and what is added.
+const MAX_LETTERS: usize = 120;
+
+/// A name for files: lower-case letters, digits and single dashes.
+fn slug(name: &str) -> String {
+    let kept = |letter: char| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '-' };
+    let text: String = name.chars().map(kept).take(MAX_LETTERS).collect();
+    let parts: Vec<&str> = text.split('-').filter(|part| !part.is_empty()).collect();
+    if parts.is_empty() { "scene".into() } else { parts.join("-") }
+}
+
+impl<'a> ReportScene<'a> {
+    /// At most `count` cells that `has` something: one of each series, all at the number of paths that most series have.
+    pub fn chosen(&self, names: &Names, count: usize, has: impl Fn(&Measured) -> bool) -> Vec<&'a Measured> {
+        let able: Vec<&'a Measured> = self.cells.iter().copied().filter(|cell| has(cell)).collect();
+        let common = common_paths(&able, names);
+        let rank = |cell: &Measured| {
+            let config = &cell.result.cell;
+            (config.text(&FEATURES) == "all", (config.number(&PATHS_PER_PIXEL).max(1e-9) / common).ln().abs())
+        };
+        let mut chosen: Vec<&'a Measured> = Vec::new();
+        for cell in able {
+            let kind = |cell: &Measured| (names.series(&cell.result.cell), names.origin(cell));
+            match chosen.iter_mut().find(|other| kind(other) == kind(cell)) {
+                Some(other) if rank(cell) < rank(other) => *other = cell,
+                Some(_) => {}
+                None => chosen.push(cell),
+            }
+        }
+        chosen.truncate(count);
+        chosen
+    }
+}
+
+/// The paths a pixel that most series have; those nearest to one where several are equally common.
+fn common_paths(cells: &[&Measured], names: &Names) -> f64 {
+    let mut counts: Vec<(f64, Vec<usize>)> = Vec::new();
+    for config in
+        cells.iter().map(|cell| &cell.result.cell).filter(|config| config.number(&PATHS_PER_PIXEL) > 0.0)
+    {
+        let series = names.series(config);
+        match counts.iter_mut().find(|(paths, _)| *paths == config.number(&PATHS_PER_PIXEL)) {
+            Some((_, known)) if known.contains(&series) => {}
+            Some((_, known)) => known.push(series),
+            None => counts.push((config.number(&PATHS_PER_PIXEL), vec![series])),
+        }
+    }
+    let from_one = |paths: f64| paths.ln().abs();
+    counts.sort_by(|a, b| a.1.len().cmp(&b.1.len()).then(from_one(b.0).total_cmp(&from_one(a.0))));
+    counts.last().map_or(1.0, |(paths, _)| *paths)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameter::METHOD;
+    use crate::result::{CellConfig, CellResult};
+
+    fn cell(scene: &str, method: &str, paths: f64, features: &str) -> Measured {
+        let cell = CellConfig::new(scene, "main")
+            .with(&METHOD, method)
+            .with(&PATHS_PER_PIXEL, &paths.to_string())
+            .with(&FEATURES, features);
+        Measured { result: CellResult { cell, ..CellResult::default() }, folder: "".into() }
+    }
+
+    #[test]
+    fn files_of_scenes_have_plain_and_different_names() {
+        let mut cells = [
+            cell("a <b> & \"c\"", "path", 0.0, ""),
+            cell("A b c", "path", 0.0, ""),
+            cell("日本", "path", 0.0, ""),
+        ];
+        cells[2].result.cell.camera = "other".into();
+        let slugs: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.slug).collect();
+        assert_eq!(slugs, ["a-b-c", "a-b-c-2", "scene"]);
+        cells[0].result.cell.scene = "A b c 2".into();
+        cells[2].result.cell.scene = "a b  c".into();
+        let slugs: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.slug).collect();
+        assert_eq!(slugs, ["a-b-c-2", "a-b-c", "a-b-c-3"]);
+        assert_eq!(slug(&"long ".repeat(99)).len(), MAX_LETTERS - 1);
+        cells[2].result.cell.scene = "日本".into();
+        cells[1].result.cell.scene = "日本".into();
+        let titles: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.title).collect();
+        assert_eq!(titles[1..], ["日本, camera main", "日本, camera other"]);
+    }
+
+    #[test]
+    fn a_cell_of_each_series_is_chosen_at_equal_paths() {
+        let cells = [
+            cell("a", "basic", 0.5, "scene"),
+            cell("a", "basic", 2.0, "all"),
+            cell("a", "basic", 2.0, "scene"),
+            cell("a", "kim2019", 2.0, "scene"),
+            cell("a", "kim2019", 8.0, "scene"),
+            cell("a", "path", 0.0, "scene"),
+        ];
+        let names = Names::new(&cells);
+        let scenes = scenes(&cells);
+        let chosen = |count| -> Vec<usize> {
+            let chosen = scenes[0].chosen(&names, count, |_| true);
+            chosen.iter().map(|one| cells.iter().position(|cell| std::ptr::eq(cell, *one)).unwrap()).collect()
+        };
+        assert_eq!(chosen(9), [2, 3, 5]);
+        assert_eq!(chosen(2), [2, 3]);
+    }
+}

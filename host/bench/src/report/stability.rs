@@ -1,0 +1,194 @@
+//! The table of known ways to fail, each with its test and who passes it: `tests/stability.toml`.
+
+use maud::{Markup, html};
+use serde::Deserialize;
+
+/// All modes.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stability {
+    /// In order of their numbers.
+    pub mode: Vec<Mode>,
+}
+
+/// A way to fail.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mode {
+    /// Its position in the list, from 1.
+    pub number: u32,
+    /// Its name.
+    pub name: String,
+    /// `path/of/file.rs::name_of_the_test`.
+    pub test: String,
+    /// What the test demands.
+    pub what: String,
+    /// Who passes it.
+    #[serde(default)]
+    pub verdict: Vec<MethodVerdict>,
+}
+
+/// How a method fares.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MethodVerdict {
+    /// Its name.
+    pub method: String,
+    /// How it fares.
+    pub verdict: Verdict,
+    /// Why, or how far.
+    #[serde(default)]
+    pub note: String,
+    /// The test that holds it, where it is not the mode's.
+    pub test: Option<String>,
+}
+
+/// How a method fares in a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// It does not fail.
+    Holds,
+    /// It fails.
+    Fails,
+    /// It fails no further than the test says.
+    Bounded,
+}
+
+impl Verdict {
+    fn word(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::Fails => "fails",
+            Verdict::Bounded => "bounded",
+        }
+    }
+
+    /// Told apart without colour.
+    fn sign(self) -> &'static str {
+        match self {
+            Verdict::Holds => "✓",
+            Verdict::Fails => "✗",
+            Verdict::Bounded => "≤",
+        }
+    }
+}
+
+/// The table that this program was built with.
+pub fn stability() -> anyhow::Result<Stability> {
+    toml::from_str(include_str!("../../../../tests/stability.toml"))
+        .map_err(|error| anyhow::anyhow!("tests/stability.toml: {error}"))
+}
+
+impl Stability {
+    /// The table for the page.
+    pub fn inline(&self) -> Markup {
+        html! {
+            div .table tabindex="0" role="region" aria-label="Stability" {
+                table .stability {
+                    thead { tr { th scope="col" .number { "No." } th scope="col" { "mode" } th scope="col" { "verdict" } th scope="col" { "test" } } }
+                    tbody {
+                        @for mode in &self.mode {
+                            tr {
+                                td .number { (mode.number) }
+                                td .what { b { (mode.name) } span .dim { (mode.what) } }
+                                td .verdicts { @for verdict in &mode.verdict { (row(verdict)) } }
+                                td { code { (mode.test.rsplit("::").next().unwrap_or_default().replace('_', "_\u{200b}")) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Its data: heads first.
+    pub fn rows(&self) -> Vec<Vec<String>> {
+        let mut rows =
+            vec![["number", "mode", "test", "method", "verdict", "note"].map(String::from).to_vec()];
+        for mode in &self.mode {
+            for verdict in &mode.verdict {
+                let number = mode.number.to_string();
+                let test = verdict.test.as_ref().unwrap_or(&mode.test);
+                let words =
+                    [&number, &mode.name, test, &verdict.method, verdict.verdict.word(), &verdict.note];
+                rows.push(words.map(String::from).to_vec());
+            }
+        }
+        rows
+    }
+}
+
+fn row(verdict: &MethodVerdict) -> Markup {
+    html! {
+        div {
+            span class={ "verdict " (verdict.verdict.word()) } {
+                (verdict.verdict.sign()) " " (verdict.verdict.word())
+            }
+            " " b { (verdict.method) } @if !verdict.note.is_empty() { " " span .dim { (verdict.note) } }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// Whether a test of this name is in the file; a description of what is not there.
+    fn find(test: &str) -> Result<(), String> {
+        let (file, name) = test.rsplit_once("::").ok_or(format!("{test}: it must be FILE::TEST"))?;
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let text = std::fs::read_to_string(root.join(file)).map_err(|error| format!("{file}: {error}"))?;
+        // The attribute, then perhaps others, then the function; tests of proptest have arguments.
+        let lines: Vec<&str> = text.lines().map(str::trim).collect();
+        let head = format!("fn {name}(");
+        let at = lines
+            .iter()
+            .position(|line| line.starts_with(&head))
+            .ok_or(format!("{test}: no such function"))?;
+        let attributes =
+            lines[..at].iter().rev().take_while(|line| line.starts_with("#[") || line.starts_with("//"));
+        if attributes.clone().any(|line| *line == "#[test]") {
+            Ok(())
+        } else {
+            Err(format!("{test}: it is no test"))
+        }
+    }
+
+    #[test]
+    fn every_mode_names_a_test_that_exists() {
+        let table = stability().unwrap();
+        let own =
+            |mode: &Mode| mode.verdict.iter().filter_map(|verdict| verdict.test.clone()).collect::<Vec<_>>();
+        let tests = table.mode.iter().flat_map(|mode| own(mode).into_iter().chain([mode.test.clone()]));
+        let wrong: Vec<String> = tests.filter_map(|test| find(&test).err()).collect();
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+
+    #[test]
+    fn tests_that_do_not_exist_are_found() {
+        for test in [
+            "tests/tests/methods/stability.rs::a_test_that_nobody_wrote",
+            "tests/tests/nowhere.rs::a_cut_equals_no_history",
+            "a_cut_equals_no_history",
+            // A function, but no test.
+            "tests/tests/methods/stability.rs::settings",
+        ] {
+            assert!(find(test).is_err(), "{test} was found");
+        }
+    }
+
+    #[test]
+    fn modes_have_numbers_of_their_own_and_every_method_one_verdict() {
+        let table = stability().unwrap();
+        assert!(table.mode.windows(2).all(|pair| pair[0].number < pair[1].number));
+        for mode in &table.mode {
+            assert!((1..=24).contains(&mode.number) && !mode.verdict.is_empty(), "mode {}", mode.number);
+            for (index, verdict) in mode.verdict.iter().enumerate() {
+                let again = mode.verdict[..index].iter().any(|other| other.method == verdict.method);
+                assert!(!again, "mode {}: {} twice", mode.number, verdict.method);
+            }
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! The cells of a sweep's file, each once, with what they are known by.
+
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
+
+use anyhow::ensure;
+use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
+use glam::Vec3;
+use toml::Spanned;
+
+use super::config::{Config, EnvironmentTable, PixelFilterConfig};
+use super::matrix_table::MatrixTable;
+use crate::cell::{Cell, Paths};
+use crate::cell_parameters::name_all;
+use crate::identity::{posed, view};
+use crate::matrix::{Cells, keep_one_of_each};
+use crate::plan::{Compared, MeasurementPlan};
+use caustics::hash::digest;
+use caustics::scene::{self, EnvironmentMap, Scene, Staged, Staging};
+use caustics::session::RunnerChoice;
+use caustics::settings::Settings;
+
+/// Scenes, each with a camera and a size, that a file may have at most: all are in memory at once.
+const MAX_PARTS: usize = 1000;
+
+/// A scene, a size, and their cells.
+#[derive(Clone, Debug)]
+pub struct SweepPart {
+    /// As loaded.
+    pub scene: Scene,
+    /// Name of the camera.
+    pub camera: String,
+    /// What the scene got that its file does not have, a line each.
+    pub notes: Vec<String>,
+    /// Width and height of the image that is timed, if it is (px).
+    pub timed_size: Option<(u32, u32)>,
+    /// Hash of all that cells of the part share.
+    view: String,
+    /// What is measured.
+    pub cells: Vec<Cell>,
+}
+
+/// Everything that a sweep measures.
+#[derive(Clone, Debug, Default)]
+pub struct Expanded {
+    /// A part a scene, camera and size.
+    pub parts: Vec<SweepPart>,
+    /// What cannot be, a line each.
+    pub skipped: Vec<String>,
+}
+
+impl Expanded {
+    /// Loads the scenes and makes the cells; `runner` finds the runner of a name.
+    ///
+    /// # Errors
+    /// A scene that cannot be loaded, a camera or a runner that is not there.
+    pub fn new(
+        config: &Config,
+        runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
+    ) -> anyhow::Result<Expanded> {
+        let mut all = Expanded::default();
+        let mut known = BTreeMap::new();
+        // Counted before any is loaded.
+        let mut parts = BTreeSet::new();
+        for matrix in config.matrix.iter().map(Spanned::get_ref) {
+            for size in timed_sizes(config, matrix) {
+                parts.extend(matrix.scene.iter().map(|scene| (scene, format!("{:?}", matrix.camera), size)));
+                ensure!(
+                    parts.len() <= MAX_PARTS,
+                    "its [[matrix]] have more than {MAX_PARTS} scenes, cameras and sizes in all; share them out among files"
+                );
+            }
+        }
+        drop(parts);
+        let environment = config.environment.as_ref().map(EnvironmentTable::map).transpose()?;
+        for matrix in &config.matrix {
+            let matrix = matrix.get_ref();
+            let Cells { cells, skipped } = matrix.parameters.cells(runner)?;
+            for line in skipped {
+                if !all.skipped.contains(&line) {
+                    all.skipped.push(line);
+                }
+            }
+            for timed_size in timed_sizes(config, matrix) {
+                let cells = per_pixel(config, timed_size, &cells);
+                for argument in &matrix.scene {
+                    match known.entry((argument.clone(), format!("{:?}", matrix.camera), timed_size)) {
+                        Entry::Occupied(part) => {
+                            let part: &mut SweepPart = &mut all.parts[*part.get()];
+                            part.cells.extend(cells.iter().cloned());
+                        }
+                        Entry::Vacant(vacant) => {
+                            vacant.insert(all.parts.len());
+                            let cells = cells.clone();
+                            let part = SweepPart::new(
+                                config,
+                                argument,
+                                matrix,
+                                timed_size,
+                                cells,
+                                environment.as_ref(),
+                            )?;
+                            all.parts.push(part);
+                        }
+                    }
+                }
+            }
+        }
+        for part in &mut all.parts {
+            keep_one_of_each(&mut part.cells);
+            name_all(&mut part.cells);
+        }
+        Ok(all)
+    }
+}
+
+impl SweepPart {
+    fn new(
+        config: &Config,
+        argument: &str,
+        matrix: &MatrixTable,
+        timed_size: Option<(u32, u32)>,
+        cells: Vec<Cell>,
+        environment: Option<&EnvironmentMap>,
+    ) -> anyhow::Result<SweepPart> {
+        let error_size = config.error.as_ref().map(|error| (error.width.0, error.height.0));
+        let (width, height) = timed_size.or(error_size).unwrap_or((1, 1));
+        let staging = Staging {
+            camera: matrix.camera.clone(),
+            load: config.load(),
+            edits: None,
+            environment: environment.cloned(),
+            default_light: config.default_light,
+            aspect: f64::from(width) / f64::from(height),
+        };
+        let Staged { scene, camera, notes } = staging.load(&scene::resolve(argument)?)?;
+        let mut part = SweepPart { camera, notes, timed_size, view: String::new(), scene, cells };
+        // What differs between cells is said by each of them.
+        let plan = part.plan(config);
+        let first = posed(&part.scene, plan.time_of(config.first_frame))?;
+        part.view = digest(&view(&first, &part.camera, &plan.settings));
+        Ok(part)
+    }
+
+    /// Whether its frames differ.
+    pub fn moves(&self, config: &Config) -> bool {
+        self.scene.is_animated() && config.moment_s.is_none()
+    }
+
+    /// What all plans have in common: neither time nor error, and no cells.
+    pub fn plan(&self, config: &Config) -> MeasurementPlan {
+        let settings = Settings {
+            seed: config.seed,
+            exposure: config.exposure,
+            texture_filter: Some(config.texture_filter.0),
+            specular_roughness: config.specular_roughness,
+            pixel_filter: match config.pixel_filter {
+                PixelFilterConfig::Centre => PIXEL_FILTER_CENTRE,
+                PixelFilterConfig::Box => PIXEL_FILTER_BOX,
+            },
+            background: config.background.map(Vec3::from),
+            ..Settings::default()
+        };
+        MeasurementPlan {
+            settings,
+            camera: self.camera.clone(),
+            frames: 0..1,
+            fps: config.fps.0,
+            moment: (!self.moves(config)).then_some(config.moment_s.unwrap_or(0.0)),
+            warm_up: 0,
+            time: false,
+            compared: Compared::Last,
+            seeds: 1,
+        }
+    }
+
+    /// The frames by which times are measured, if they are.
+    pub fn time_plan(&self, config: &Config) -> Option<MeasurementPlan> {
+        let (time, (width, height)) = (config.time.as_ref()?, self.timed_size?);
+        let plan = self.plan(config);
+        let first = if self.moves(config) { config.first_frame } else { 0 };
+        let settings = Settings { width, height, ..plan.settings };
+        let frames = first..first + time.frames.0;
+        Some(MeasurementPlan { settings, frames, warm_up: time.warm_up, time: true, ..plan })
+    }
+
+    /// The frames by which errors of a cell are measured, if they are. Of a scene where nothing moves that is one frame;
+    /// where something outlives its frame, the last of several.
+    pub fn error_plan(&self, config: &Config, cell: &Cell) -> Option<MeasurementPlan> {
+        let error = config.error.as_ref()?;
+        let plan = self.plan(config);
+        let first = if self.moves(config) { config.first_frame } else { 0 };
+        let end = first + error.frames.0;
+        let compared = match &error.compared_frames {
+            Some(frames) => Compared::These(frames.0.clone()),
+            None if self.moves(config) || error.every_frame => Compared::Every,
+            None => Compared::Last,
+        };
+        let is_alone = compared == Compared::Last && cell.method.kept(cell.parts()).next().is_none();
+        let frames = if is_alone { end - 1..end } else { first..end };
+        let settings = Settings { width: error.width.0, height: error.height.0, ..plan.settings };
+        Some(MeasurementPlan { settings, frames, compared, seeds: error.seeds.0, ..plan })
+    }
+
+    /// Hash of all that decides what is measured of a cell.
+    pub fn identity(&self, config: &Config, cell: &Cell) -> String {
+        // Without dots: whoever adds a key decides. The common settings and what the scene got are in the view, the lists in the cells.
+        let Config {
+            fps,
+            first_frame,
+            seed,
+            exposure,
+            time,
+            error,
+            moment_s,
+            texture_filter: _,
+            specular_roughness: _,
+            pixel_filter: _,
+            background: _,
+            environment: _,
+            default_light: _,
+            floor: _,
+            strict: _,
+            animation: _,
+            copies: _,
+            bvh_quality: _,
+            variant: _,
+            matrix: _,
+        } = config;
+        let moves = self.moves(config).then_some((fps.0, first_frame));
+        let (view, size) = (&self.view, self.timed_size);
+        let text = format!(
+            "{view} {moves:?} {moment_s:?} seed {seed} {exposure} {time:?} {size:?} {error:?} {}",
+            cell.key()
+        );
+        digest(&text)
+    }
+}
+
+/// Sizes of the images that are timed; one that is none where no times are measured.
+fn timed_sizes(config: &Config, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>> {
+    if matrix.size.is_empty() {
+        return vec![config.time.as_ref().map(|time| (time.width.0, time.height.0))];
+    }
+    matrix.size.iter().map(|(width, height)| Some((width.0, height.0))).collect()
+}
+
+/// The cells with light paths a pixel instead of a number of them, so that images of all sizes have the same.
+fn per_pixel(config: &Config, timed_size: Option<(u32, u32)>, cells: &[Cell]) -> Vec<Cell> {
+    let size = timed_size.or(config.error.as_ref().map(|error| (error.width.0, error.height.0)));
+    let pixels = size.map_or(1.0, |(width, height)| f64::from(width) * f64::from(height));
+    let to_per_pixel = |cell: &Cell| match cell.paths {
+        Paths::Count(count) => Cell { paths: Paths::PerPixel(f64::from(count) / pixels), ..cell.clone() },
+        _ => cell.clone(),
+    };
+    cells.iter().map(to_per_pixel).collect()
+}

@@ -5,8 +5,8 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::rendered_image::auxiliary::NO_MATERIAL;
-use crate::rendered_image::{Auxiliary, RenderedImage};
+use caustics_files::rendered_image::auxiliary::NO_MATERIAL;
+use caustics_files::rendered_image::{Auxiliary, RenderedImage};
 
 /// Batches that the frames of a mean usually take turns in: the fewer, the less noise the mean has, and the more its variance.
 pub const BATCHES: u32 = 4;

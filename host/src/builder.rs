@@ -4,9 +4,9 @@ use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::{self, Method};
 
-use crate::scene::Scene;
 use crate::session::{RunnerChoice, Session, SessionError};
 use crate::settings::Settings;
+use caustics_scene::Scene;
 
 /// Describes a [`Session`]: what is not said is as on the command line, on the CPU.
 ///

@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::accumulation::{Accumulation, Shape};
-use crate::file::{self, read_file};
-use crate::memory;
-use crate::output::target::{Target, TargetError};
-use crate::sealed::{self, Unusable};
+use caustics_files::file::{self, read_file};
+use caustics_files::memory;
+use caustics_files::output::target::{Target, TargetError};
+use caustics_files::sealed::{self, Unusable};
 
 /// What a run is: all that decides its bits, by name.
 pub type Identity = BTreeMap<String, String>;
@@ -225,7 +225,7 @@ pub fn parse(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rendered_image::RenderedImage;
+    use caustics_files::rendered_image::RenderedImage;
     use glam::Vec3;
 
     fn sums() -> Accumulation {

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
-use crate::rendered_image::RenderedImage;
+use caustics_files::rendered_image::RenderedImage;
 
 /// An exposure as a person gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]

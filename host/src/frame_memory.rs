@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
-use crate::memory::{self, shown};
 use crate::settings::Settings;
+use caustics_files::memory::{self, shown};
 use caustics_kernels::declare::BufferSpec;
 use caustics_kernels::interface::frame::{FrameParams, Window};
 use caustics_kernels::method::Method;

@@ -8,9 +8,9 @@ use glam::Vec3;
 
 use crate::accumulation::Shape;
 use crate::checkpoint::{self, Checkpoint, Identity};
-use crate::image_file::Channels;
-use crate::scene::{self, Edits, Viewpoint};
-use crate::sealed;
+use caustics_files::image_file::Channels;
+use caustics_files::sealed;
+use caustics_scene::{Edits, Viewpoint};
 
 mod compressed;
 mod shard;
@@ -21,7 +21,7 @@ pub use shard::shard;
 /// A .gltf or .glb file, without others beside it, looked at and brought to the end of its animations. A default light is not
 /// added: it takes a third of a second whatever the file is.
 pub fn scene(bytes: &[u8]) -> bool {
-    scene::read(bytes).is_ok_and(|mut scene| {
+    caustics_scene::read(bytes).is_ok_and(|mut scene| {
         drop(scene.place_camera(&Viewpoint::default(), 1.5).cloned());
         scene.features(0.25);
         let end = scene.duration();
@@ -73,9 +73,9 @@ pub fn bvh(bytes: &[u8]) -> bool {
     let corner = |id: u8, at: u8| Vec3::new(f32::from(id), f32::from(at), f32::from(id * at));
     let triangle = |id| Triangle { a: corner(id, 0), b: corner(id, 1), c: corner(id, 2) };
     let triangles: Vec<Triangle> = (0..TRIANGLES).map(triangle).collect();
-    let accepts = |bytes: &[u8]| scene::accepts_bvh(bytes, &triangles);
+    let accepts = |bytes: &[u8]| caustics_scene::accepts_bvh(bytes, &triangles);
     let sealed = bytes.split_first_chunk().and_then(|(&[nodes, leaves], payload)| {
-        scene::sealed_bvh(&triangles, nodes.into(), leaves.into(), payload).ok()
+        caustics_scene::sealed_bvh(&triangles, nodes.into(), leaves.into(), payload).ok()
     });
     accepts(bytes) | sealed.is_some_and(|bytes| accepts(&bytes))
 }

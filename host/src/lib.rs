@@ -32,34 +32,21 @@
 #![deny(unsafe_code)]
 
 pub mod accumulation;
-mod caught;
 pub mod checkpoint;
 pub mod counters;
 pub mod energy;
-pub mod exact;
 pub mod exposure;
-pub mod file;
 mod frame_memory;
 #[doc(hidden)]
 pub mod fuzzing;
-pub mod hash;
-pub mod image_file;
 pub mod inspect;
 pub mod kernels;
 pub mod machine;
-pub mod memory;
 pub mod metric;
-pub mod output;
-pub mod program;
-pub mod rendered_image;
 pub mod runner;
-pub mod scene;
-pub mod sealed;
 pub mod session;
 pub mod settings;
 pub mod shard;
-pub mod shell;
-pub mod text;
 pub mod threads;
 pub mod trace_rate;
 pub mod upload;
@@ -69,8 +56,12 @@ pub mod vulkan;
 mod builder;
 
 pub use builder::SessionBuilder;
+pub use caustics_files::{
+    RenderedImage, exact, file, hash, image_file, memory, output, program, rendered_image, sealed, shell,
+    text,
+};
 pub use caustics_kernels::{denoiser, gather, history, method};
-pub use rendered_image::RenderedImage;
-pub use scene::{Scene, SceneCamera, SceneError};
+pub use caustics_scene as scene;
+pub use caustics_scene::{Scene, SceneCamera, SceneError};
 pub use session::{RunnerChoice, Session, SessionError};
 pub use settings::Settings;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use crate::memory::field;
+use caustics_files::memory::field;
 
 /// Processor, its threads, memory, system and compiler, as far as the system says: "AMD EPYC, 2 threads, 15.6 GiB, Debian GNU/Linux 12,
 /// x86_64, rustc 1.95.0".

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use caustics_kernels::interface::frame::FrameParams;
 
-use crate::scene::instanced::InstanceTransform;
 use caustics_kernels::declare::Step;
+use caustics_scene::instanced::InstanceTransform;
 
 pub(crate) mod cpu;
 mod error;

@@ -16,7 +16,7 @@ use caustics_kernels::interface::sequence::Sequence;
 use caustics_kernels::method::{Method, Parts};
 use glam::Vec3;
 
-use crate::scene::{Scene, SceneCamera};
+use caustics_scene::{Scene, SceneCamera};
 
 /// What a person sets for a run; the defaults are the talk's, at a smaller image.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,7 +71,7 @@ pub struct Settings {
     pub path_history: PathHistory,
     /// What is done about rare bright samples of camera paths, in methods that do not converge.
     pub fireflies: Fireflies,
-    /// Whether an image has the layers of [`Auxiliary`](crate::rendered_image::Auxiliary), which other tools ask for.
+    /// Whether an image has the layers of [`Auxiliary`](caustics_files::rendered_image::Auxiliary), which other tools ask for.
     pub auxiliary: bool,
 }
 

@@ -10,10 +10,10 @@ use caustics_kernels::math::{max_abs, warp};
 use caustics_kernels::pass::collect::{COLLECT, pixel_order};
 use caustics_kernels::pass::step::STEP_HIT;
 
-use crate::scene::{Scene, SceneCamera};
 use crate::session::{RunnerChoice, SessionError, open};
 use crate::settings::Settings;
 use caustics_kernels::declare::{Step, buffers};
+use caustics_scene::{Scene, SceneCamera};
 
 /// Closest hits per second of a runner's tracer alone, on incoherent rays: from the camera paths' vertices of a small
 /// image into random directions. The best of several rounds.

@@ -6,9 +6,9 @@ use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::triangle::Triangle;
 
 use crate::runner::{RunError, Runner};
-use crate::scene::Scene;
-use crate::scene::instanced::InstanceTransform;
-use crate::scene::mesh::Mesh;
+use caustics_scene::Scene;
+use caustics_scene::instanced::InstanceTransform;
+use caustics_scene::mesh::Mesh;
 
 /// What a runner holds of the pose before.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::scene;
+use caustics_scene as scene;
 
 /// Three corners of a triangle (m), then their texture coordinates, as little-endian floats.
 const TRIANGLE: [f32; 15] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0];

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::checkpoint::{self, Head};
-use crate::sealed;
 use crate::shard::Shard;
+use caustics_files::sealed;
 
 /// A shard of any run and shape, as `merge` reads it.
 pub fn shard(bytes: &[u8]) -> bool {

@@ -12,9 +12,9 @@ use super::photons::{GatheredPhoton, Taker, choose};
 use super::view::InspectedFrame;
 use super::{Inspection, LightPath, Photons, camera, light};
 use crate::runner::RunError;
-use crate::scene::Scene;
 use crate::session::last::{Last, Starts};
 use crate::session::{Session, SessionError};
+use caustics_scene::Scene;
 
 /// Light paths, and what they start by.
 struct Group {

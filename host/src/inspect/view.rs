@@ -4,7 +4,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use glam::Vec3;
 
-use crate::scene::Scene;
+use caustics_scene::Scene;
 
 /// A frame and its scene.
 #[derive(Clone, Copy)]

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::error::KernelsError;
-use crate::file::{read_file, read_text};
-use crate::hash::fnv1a;
+use caustics_files::file::{read_file, read_text};
+use caustics_files::hash::fnv1a;
 
 /// Name of the module for any device.
 pub const BASE: &str = "base.spv";

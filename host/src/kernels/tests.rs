@@ -6,7 +6,7 @@ use rspirv::binary::Assemble;
 use rspirv::dr::Operand;
 
 use super::*;
-use crate::hash::fnv1a;
+use caustics_files::hash::fnv1a;
 use tempfile::TempDir;
 
 const OWN: [&[u8]; 2] =

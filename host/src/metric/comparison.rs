@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use super::flip::PIXELS_PER_DEGREE;
 use super::pixels::{Estimate, Pixels};
-use crate::image_file::Encoding;
+use caustics_files::image_file::Encoding;
 
 /// How to look at the images.
 #[derive(Clone, Copy, Debug)]

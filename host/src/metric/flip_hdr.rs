@@ -11,7 +11,7 @@ use super::comparison::{Better, Comparison, Metric, MetricValue, NoValue};
 use super::error_map::ErrorMap;
 use super::flip::{color, flip};
 use super::pixels::Pixels;
-use crate::image_file::Encoding;
+use caustics_files::image_file::Encoding;
 
 /// What a person sees of the difference at the exposure that shows it most.
 pub static FLIP_HDR: Metric = Metric {

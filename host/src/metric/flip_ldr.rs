@@ -8,7 +8,7 @@ use super::comparison::{Better, Comparison, Metric, NoValue, Viewing};
 use super::error_map::ErrorMap;
 use super::flip::flip;
 use super::pixels::{Estimate, Pixels};
-use crate::image_file::Encoding;
+use caustics_files::image_file::Encoding;
 
 /// What a person sees of the difference on a display, at one exposure.
 pub static FLIP_LDR: Metric = Metric {

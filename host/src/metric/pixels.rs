@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::flip::color;
-use crate::image_file::{Channels, Encoding};
+use caustics_files::image_file::{Channels, Encoding};
 
 /// Colours of a rectangle of pixels.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -6,7 +6,7 @@ use super::comparison::{Comparison, Metric, MetricValue, NoValue, Viewing};
 use super::error_map::ErrorMap;
 use super::pixels::Estimate;
 use super::{METRICS, flip_hdr, flip_ldr, z_test};
-use crate::image_file::Encoding;
+use caustics_files::image_file::Encoding;
 
 /// The metric of a name.
 pub fn metric(name: &str) -> Option<&'static Metric> {

@@ -13,7 +13,7 @@ use super::report::MetricReport;
 use super::smape::smape;
 use super::split::split;
 use super::z_test::z_test;
-use crate::image_file::Encoding;
+use caustics_files::image_file::Encoding;
 
 fn pixels(width: usize, height: usize, at: impl FnMut(usize) -> DVec3) -> Pixels {
     Pixels { width, height, values: (0..width * height).map(at).collect() }

@@ -9,9 +9,9 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 
 use super::{RunError, Runner, StepTime};
-use crate::scene::instanced::InstanceTransform;
 use crate::threads;
 use caustics_kernels::declare::{BufferSpec, Step};
+use caustics_scene::instanced::InstanceTransform;
 
 /// The CPU with a scene's tables and a plan's buffers.
 pub struct CpuRunner {

@@ -11,7 +11,6 @@ use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::texture::cut_out::SOME_ARE_NOT_THERE;
 
 use super::{RunError, Runner, StepTime};
-use crate::scene::instanced::{InstanceTransform, Instanced};
 use crate::vulkan::bound::{BoundPipeline, Resources};
 use crate::vulkan::buffer::{Buffer, Purpose};
 use crate::vulkan::context::Context;
@@ -23,6 +22,7 @@ use crate::vulkan::primitives::Primitives;
 use crate::vulkan::recorder::Recorder;
 use crate::vulkan::structure::{BlasGeometry, Hierarchy, TlasInstance};
 use caustics_kernels::declare::{BufferSpec, Step};
+use caustics_scene::instanced::{InstanceTransform, Instanced};
 
 const SCENE_STRUCTURE: &str = "scene_structure";
 const NEIGHBOUR_STRUCTURE: &str = "neighbour_structure";

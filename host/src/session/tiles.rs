@@ -7,7 +7,7 @@ use caustics_kernels::interface::frame::{FrameParams, Window};
 
 use crate::counters::Counters;
 use crate::energy::EnergyLedger;
-use crate::rendered_image::RenderedImage;
+use caustics_files::rendered_image::RenderedImage;
 
 /// What outlives a frame, by buffer.
 pub type TileState = Vec<(&'static str, Vec<u8>)>;

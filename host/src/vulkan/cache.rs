@@ -10,8 +10,8 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::VulkanError;
-use crate::file::read_head;
-use crate::hash::{DIGITS, Digest};
+use caustics_files::file::read_head;
+use caustics_files::hash::{DIGITS, Digest};
 
 /// Bytes of a file at most; drivers take some 10 MB for all kernels.
 const MAX_BYTES: u64 = 1 << 28;

@@ -15,7 +15,7 @@ use super::error::VulkanError;
 use super::module::Module;
 use super::pipeline::Pipeline;
 use super::reflection::EntryPoint;
-use crate::hash::Digest;
+use caustics_files::hash::Digest;
 
 /// How to open a device, and what runs on it.
 #[derive(Clone, Debug, Default)]

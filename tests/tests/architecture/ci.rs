@@ -13,12 +13,14 @@ use crate::layers::all_files;
 const NOT_BY_SCRIPTS: [&str; 2] = ["images::every_picture_is_what_it_was", "caught::tests::child"];
 
 /// Roots of the targets that have tests.
-const TARGETS: [(&str, &str); 16] = [
+const TARGETS: [(&str, &str); 18] = [
     ("caustics-kernels", "kernels/src/lib.rs"),
     ("caustics-kernel-macros", "kernels/macros/src/lib.rs"),
     ("cargo-kernels", "kernels/command/src/main.rs"),
     ("kernel-builder", "kernels/builder/src/main.rs"),
     ("caustics", "host/src/lib.rs"),
+    ("caustics-files", "host/files/src/lib.rs"),
+    ("caustics-scene", "host/scene/src/lib.rs"),
     ("caustics-bench", "host/bench/src/lib.rs"),
     ("caustics-cli", "host/cli/src/main.rs"),
     ("caustics-scenes", "scenes/src/lib.rs"),

@@ -172,6 +172,8 @@ fn crates_without_unsafe_code_forbid_it() {
         ("scenes/src/lib.rs", "#![forbid(unsafe_code)]"),
         ("tests/src/lib.rs", "#![forbid(unsafe_code)]"),
         ("kernels/builder/src/main.rs", "#![forbid(unsafe_code)]"),
+        ("host/files/src/lib.rs", "#![forbid(unsafe_code)]"),
+        ("host/scene/src/lib.rs", "#![forbid(unsafe_code)]"),
         ("host/bench/src/lib.rs", "#![forbid(unsafe_code)]"),
         ("host/cli/src/main.rs", "#![forbid(unsafe_code)]"),
         ("host/src/lib.rs", "#![deny(unsafe_code)]"),

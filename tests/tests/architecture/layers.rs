@@ -31,20 +31,58 @@ pub struct HostCrate {
 }
 
 /// Crates of the host; each depends on those before it alone.
-pub const HOST_CRATES: [HostCrate; 3] = [
+pub const HOST_CRATES: [HostCrate; 5] = [
+    HostCrate { src: "host/files/src", name: "caustics_files", layers: FILES },
+    HostCrate { src: "host/scene/src", name: "caustics_scene", layers: SCENE },
     HostCrate { src: "host/src", name: "caustics", layers: LIBRARY },
     HostCrate { src: "host/bench/src", name: "caustics_bench", layers: BENCH },
     HostCrate { src: "host/cli/src", name: "caustics_cli", layers: CLI },
 ];
 
-/// Layers of the host's library.
-const LIBRARY: &[&[&str]] = &[
-    &["caught", "exact", "hash", "memory", "program", "shard", "shell", "text", "threads"],
-    &["file", "counters", "energy", "rendered_image", "machine"],
-    &["output", "sealed", "vulkan"],
-    &["kernels"],
+/// Layers of files.
+const FILES: &[&[&str]] = &[
+    &["caught", "exact", "hash", "memory", "program", "rendered_image", "shell", "text"],
+    &["file", "sealed"],
+    &["output"],
     &["image_file"],
-    &["scene"],
+];
+
+/// Layers of scenes.
+const SCENE: &[&[&str]] = &[
+    &[
+        "animation",
+        "borders",
+        "buffers",
+        "bvh",
+        "camera",
+        "corner",
+        "environment",
+        "error",
+        "features",
+        "find",
+    ],
+    &["geometry", "motion", "priorities", "radiance", "staging"],
+    &[
+        "casters",
+        "deformation",
+        "light",
+        "open_surfaces",
+        "punctual",
+        "recorded",
+        "solids",
+        "texture",
+        "viewpoint",
+    ],
+    &["default_light", "floor", "mesh"],
+    &["instanced", "pose"],
+    &["file_nodes", "fingerprint", "media"],
+    &["edits", "gltf", "parts"],
+];
+
+/// Layers of the library.
+const LIBRARY: &[&[&str]] = &[
+    &["counters", "energy", "machine", "shard", "threads", "vulkan"],
+    &["kernels"],
     &["settings", "accumulation"],
     &["metric", "exposure"],
     &["runner", "checkpoint"],
@@ -52,8 +90,7 @@ const LIBRARY: &[&[&str]] = &[
     &["session"],
     &["inspect"],
     &["trace_rate"],
-    &["builder"],
-    &["fuzzing"],
+    &["builder", "fuzzing"],
 ];
 
 /// Layers of the experiments.
@@ -88,7 +125,9 @@ fn imports(src: &Path, own_name: &str) -> Imports {
         let tokens: TokenStream = text.parse().expect("a source parses");
         let mut found = BTreeSet::new();
         read(tokens, &module, own_name, &mut found);
-        for top_module in found.into_iter().filter(|top_module| *top_module != module[0]) {
+        // Items of the crate's root are in no layer.
+        found.retain(|name| *name != module[0] && src.join(name).with_extension("rs").is_file());
+        for top_module in found {
             imports.entry((module[0].clone(), top_module)).or_insert_with(|| file.clone());
         }
     }

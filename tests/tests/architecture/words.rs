@@ -27,7 +27,7 @@ const EVERYWHERE: &[&str] = &[""];
 const NOWHERE: &[&str] = &[];
 /// Code in which a connection is no socket and a lane no SIMD lane.
 const NOT_THE_VIEWER: &[&str] =
-    &["kernels", "scenes", "tests", "fuzz", "host/bench/src", "host/src/inspect", "host/src/scene"];
+    &["kernels", "scenes", "tests", "fuzz", "host/bench/src", "host/src/inspect", "host/scene/src"];
 
 /// A banned word.
 const fn banned(
@@ -45,7 +45,7 @@ const BANNED: &[Banned] = &[
     banned(
         &["tree", "trees"],
         "BVH, pyramid or CDF",
-        &["kernels", "host/src/scene/bvh", "host/src/scene/bvh.rs"],
+        &["kernels", "host/scene/src/bvh", "host/scene/src/bvh.rs"],
         NOWHERE,
     ),
     // Light sampling and emission
@@ -109,7 +109,7 @@ const BANNED: &[Banned] = &[
     banned(
         &["lane", "lanes"],
         "render job, channel",
-        &["host/cli/src/command", "host/src/image_file", "host/src/output"],
+        &["host/cli/src/command", "host/files/src/image_file", "host/files/src/output"],
         NOWHERE,
     ),
     banned(&["told", "said"], "message, printed", CODE, NOWHERE),
@@ -123,8 +123,8 @@ const BANNED: &[Banned] = &[
             "kernels/src/light/guided.rs",
             "kernels/src/light/light_sampling.rs",
             "host/src/upload.rs",
-            "host/src/scene/instanced.rs",
-            "host/src/scene/mesh.rs",
+            "host/scene/src/instanced.rs",
+            "host/scene/src/mesh.rs",
         ],
         NOWHERE,
     ),

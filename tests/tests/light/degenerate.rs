@@ -1,6 +1,6 @@
 //! Degenerate input: what is too small, too far, too flat, too few or not there at all.
 //!
-//! Other tests of this kind: NaN, infinite and zero-area geometry of files in `host/src/scene/gltf/tests.rs`; a million
+//! Other tests of this kind: NaN, infinite and zero-area geometry of files in `host/scene/src/gltf/tests.rs`; a million
 //! photons in one point in `gathers.rs` (`many_deposits_in_one_spot_sum_exactly`); gathers without photons, without
 //! points and with a tenth of them there (`nothing_and_little_are_gathered_alike`,
 //! `every_gather_does_without_nine_points_in_ten`); files moved by 1e5 in `invariances.rs` (`moved_scenes_look_the_same`).

@@ -1,0 +1,20 @@
+//! Files: images, checkpoints and files of others, read within the memory that there is, written whole or not at all. Text of others
+//! is made harmless for terminals and shells.
+
+#![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
+#![forbid(unsafe_code)]
+
+pub mod caught;
+pub mod exact;
+pub mod file;
+pub mod hash;
+pub mod image_file;
+pub mod memory;
+pub mod output;
+pub mod program;
+pub mod rendered_image;
+pub mod sealed;
+pub mod shell;
+pub mod text;
+
+pub use rendered_image::RenderedImage;

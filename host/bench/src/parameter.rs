@@ -391,7 +391,7 @@ const RUNNERS: [(&str, &str); 5] = [
 
 /// Other keys for the light paths of a frame: key, what it is, and the letters around the number that say so in a value of
 /// [`PATHS_PER_PIXEL`].
-pub const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
+const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
     (
         "light_paths",
         "Light paths a frame, or auto: as many as serve the image best, by what earlier frames cost and left to noise",

@@ -77,7 +77,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 }
 
 /// Options that open a pipe without waiting for its other end.
-pub fn unwaiting(options: &mut OpenOptions) -> &mut OpenOptions {
+fn unwaiting(options: &mut OpenOptions) -> &mut OpenOptions {
     #[cfg(unix)]
     {
         use std::os::unix::fs::OpenOptionsExt;

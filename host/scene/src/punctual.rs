@@ -158,7 +158,7 @@ impl PunctualLight {
 }
 
 /// Why these angles of a spot (rad) make no cone with a falloff.
-pub fn cone_fault(inner: f64, outer: f64) -> Option<String> {
+fn cone_fault(inner: f64, outer: f64) -> Option<String> {
     // f32's pi / 2 lies a little above.
     let fits = inner >= 0.0 && inner < outer && (MIN_CONE..=FRAC_PI_2 + 1e-6).contains(&outer);
     (!fits).then(|| {

@@ -84,7 +84,7 @@ const MAX_POWERS: f64 = 12.0;
 
 /// Ticks at 1 to 9 times the powers of ten, or at every so many powers where those are many; as many have numbers as there
 /// is room for.
-pub fn log_ticks(low: f64, high: f64) -> Vec<Tick> {
+fn log_ticks(low: f64, high: f64) -> Vec<Tick> {
     let decades = (high / low).log10();
     if decades < 0.45 {
         return linear_ticks(low, high, 5);
@@ -110,7 +110,7 @@ pub fn log_ticks(low: f64, high: f64) -> Vec<Tick> {
 }
 
 /// About `count` ticks at multiples of 1, 2 or 5 times a power of ten.
-pub fn linear_ticks(low: f64, high: f64, count: u32) -> Vec<Tick> {
+fn linear_ticks(low: f64, high: f64, count: u32) -> Vec<Tick> {
     let rough = (high - low) / f64::from(count);
     let power = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| step * power >= rough).unwrap_or(10.0) * power;

@@ -13,7 +13,7 @@ use caustics::shell;
 use caustics::text::printable;
 
 /// Every value that occurs and the number of cells with it, by what it is of.
-pub fn distinct(cells: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> {
+fn distinct(cells: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> {
     let count = |field: fn(&Provenance) -> String| {
         let mut counts = BTreeMap::new();
         // A value may be copied from the page.

@@ -8,7 +8,7 @@ use crate::SceneError;
 use crate::gltf::document::Document;
 
 /// Elements at most of an accessor that no bytes stand behind, where the file has fewer bytes.
-pub const MAX_ZEROS: u64 = 1 << 16;
+const MAX_ZEROS: u64 = 1 << 16;
 
 /// Bytes of each element, once all are known to lie in the view and the view in its buffer; `None` without a view. Elements without
 /// one cost the file nothing and memory as much as others, so that there are at most as many as the file has bytes.

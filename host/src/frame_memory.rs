@@ -5,6 +5,7 @@ use thiserror::Error;
 use crate::settings::Settings;
 use caustics_files::memory::{self, shown};
 use caustics_kernels::declare::BufferSpec;
+use caustics_kernels::history::auxiliary::AUXILIARY_LAYERS;
 use caustics_kernels::interface::frame::{FrameParams, Window};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
@@ -55,7 +56,7 @@ impl Need {
         let dark =
             FrameParams { light_path_count: 0, light_path_batch: 0, validation_path_count: 0, ..largest };
         let dark = bytes(dark).min(all);
-        let per_pixel = IMAGE_BYTES + if parts.auxiliary { AUXILIARY_BYTES } else { 0 };
+        let per_pixel = IMAGE_BYTES + if parts.stages.has(&AUXILIARY_LAYERS) { AUXILIARY_BYTES } else { 0 };
         // Images are of the film, buffers of a tile of it.
         let Window { film_width, film_height, .. } = largest.window;
         let images = per_pixel * u64::from(film_width) * u64::from(film_height);

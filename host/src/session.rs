@@ -6,6 +6,8 @@ use std::sync::atomic::AtomicBool;
 use bytemuck::cast_slice;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::{self, Variant};
+use caustics_kernels::history::auxiliary::AUXILIARY_LAYERS;
+use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::interface::auxiliary::Auxiliary as AuxiliaryRecord;
 use caustics_kernels::interface::balance::Balance;
 use caustics_kernels::interface::features::Features;
@@ -292,9 +294,9 @@ impl Session {
             let tile = tiled(count).params(0, largest);
             Need::for_frame(method, parts, tile, scene_bytes, on_gpu).check_available(&settings)
         };
-        let has_history = parts.history.settings.is_some() || parts.keeps_path;
+        let has_history = parts.history.settings.is_some() || parts.stages.has(&PATH_HISTORY);
         let of_history = if has_history { Features::HISTORY } else { Features(0) };
-        let of_parts = if parts.takes_apart() { Features::PARTS } else { Features(0) };
+        let of_parts = if parts.reads_parts() { Features::PARTS } else { Features(0) };
         let features = features | of_history | of_parts;
         check(settings.tiles.unwrap_or(1))?;
         let open = |count: u32| open(choice, scene, features, &buffers_of(count));
@@ -606,7 +608,7 @@ impl Session {
         let pixels = width * height;
         let path = self.read_first("path_radiance", pixels)?;
         let mut auxiliary = Auxiliary::default();
-        if self.parts.auxiliary {
+        if self.parts.stages.has(&AUXILIARY_LAYERS) {
             let records: Vec<AuxiliaryRecord> = self.read_first("auxiliary", pixels)?;
             auxiliary = Auxiliary::new(&records, self.origin);
         }

@@ -3,6 +3,8 @@
 use caustics_kernels::denoiser::{self, Denoiser};
 use caustics_kernels::emission::{self, Emission};
 use caustics_kernels::gather::variant::Variant;
+use caustics_kernels::history::auxiliary::AUXILIARY_LAYERS;
+use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::caster::Casters;
@@ -13,7 +15,10 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST, Window};
 use caustics_kernels::interface::history::validation_paths;
 use caustics_kernels::interface::sequence::Sequence;
-use caustics_kernels::method::{Method, Parts};
+use caustics_kernels::method::{Method, Parts, Stages};
+use caustics_kernels::pass::balance::BALANCE;
+use caustics_kernels::pass::bound::BOUND;
+use caustics_kernels::pass::widen::WIDEN;
 use glam::Vec3;
 
 use caustics_scene::{Scene, SceneCamera};
@@ -204,12 +209,15 @@ impl Settings {
     /// The parts of a method's frames, less what the method has no use for: without collection points nothing is balanced, what
     /// it splats knows no disc, and what converges has no bounds and takes no path-traced light from the frame before.
     pub fn parts(&self, method: &Method, gather: &'static Variant) -> Parts {
-        let Settings { history, denoiser, emission, auxiliary, .. } = *self;
-        let balances = self.balances && method.gathers;
-        let widens = self.widens && method.chooses_gather;
-        let bounds = self.fireflies == Fireflies::Bounded && !method.converges;
-        let keeps_path = self.path_history == PathHistory::Validated && method.gathers && !method.converges;
-        Parts { gather, history, denoiser, emission, balances, bounds, keeps_path, widens, auxiliary }
+        let Settings { history, denoiser, emission, .. } = *self;
+        let keeps_path = self.path_history == PathHistory::Validated;
+        let stages = Stages::NONE
+            .with(&BALANCE, self.balances && method.gathers)
+            .with(&WIDEN, self.widens && method.chooses_gather)
+            .with(&BOUND, self.fireflies == Fireflies::Bounded && !method.converges)
+            .with(&PATH_HISTORY, keeps_path && method.gathers && !method.converges)
+            .with(&AUXILIARY_LAYERS, self.auxiliary);
+        Parts { gather, history, denoiser, emission, stages }
     }
 
     /// Light paths of a frame of so many pixels before which nothing is known.

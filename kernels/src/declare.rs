@@ -10,7 +10,7 @@ pub use described::{Access, Bound, OnCpu, Pass, Work};
 #[cfg(not(target_arch = "spirv"))]
 pub(crate) use kinds::named;
 #[cfg(not(target_arch = "spirv"))]
-pub use kinds::{Denoiser, Emission, History, Starts};
+pub use kinds::{Denoiser, Emission, FrameStage, History, Starts, Steps};
 #[cfg(not(target_arch = "spirv"))]
 pub use on_cpu::{BufferError, Buffers, Call, LocalCounters};
 #[cfg(not(target_arch = "spirv"))]

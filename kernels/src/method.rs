@@ -7,7 +7,7 @@ pub mod frame;
 pub mod kind;
 
 #[cfg(not(target_arch = "spirv"))]
-pub use kind::{Method, Parts};
+pub use kind::{Method, Parts, STAGES, Stages};
 
 crate::declare::variants! {
     Method {

@@ -1,7 +1,7 @@
 //! Every light starts as many paths: an example that shows all that an emission consists of.
 
 #[cfg(not(target_arch = "spirv"))]
-use caustics_kernels::declare::Emission;
+use caustics_kernels::declare::{Emission, FrameStage};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::light::power::ByPower;
 use caustics_kernels::light::sample_emission;
@@ -17,13 +17,9 @@ pub const EVEN: Emission = Emission {
     cost: "nothing",
     limitations: "noise where lights differ",
     uses_casters: false,
-    weighs: false,
-    prepare: |_| Vec::new(),
     shoot: &SHOOT,
     starts,
-    pilot: None,
-    forget: &[],
-    keeps: &[],
+    stage: FrameStage::new("even"),
 };
 
 /// Starts as many light paths at every light.

@@ -10,9 +10,9 @@ use caustics_kernels::declare::{BufferSpec, Step, buffers};
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{Dispatch, FrameParams};
-use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::frame::look_back;
+use caustics_kernels::method::{Parts, Stages};
 use caustics_kernels::pass::collect::pixel_order;
 use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
 use caustics_kernels::{denoiser, emission, history};
@@ -158,8 +158,7 @@ pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
     let histories = history::ALL.iter().map(|&history| Parts { history, ..default });
     let denoisers = denoiser::ALL.iter().map(|&denoiser| Parts { denoiser, ..default });
     let emissions = emission::ALL.iter().map(|&emission| Parts { emission, ..default });
-    let learning =
-        [Parts { balances: true, bounds: true, keeps_path: true, widens: true, auxiliary: true, ..default }];
+    let learning = [Parts { stages: Stages::ALL, ..default }];
     let all = gathers.chain(histories).chain(denoisers).chain(emissions).chain(learning);
     let steps_of = |parts| [look_back(parts, params), BASIC.frame_steps(parts, params)].concat();
     let steps: Vec<Step> = all.flat_map(steps_of).collect();

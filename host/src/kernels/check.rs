@@ -5,7 +5,7 @@ use caustics_kernels::declare::{Pass, Step};
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::method::frame::look_back;
-use caustics_kernels::method::{self, Parts};
+use caustics_kernels::method::{self, Parts, Stages};
 use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
 use caustics_kernels::{denoiser, emission, history};
 
@@ -108,14 +108,7 @@ pub(crate) fn passes() -> Vec<&'static Pass> {
 
 /// Parts of frames that have every pass between them: all that can be switched on, and each that is chosen once.
 fn parts() -> impl Iterator<Item = Parts> {
-    let all = Parts {
-        balances: true,
-        bounds: true,
-        keeps_path: true,
-        widens: true,
-        auxiliary: true,
-        ..Parts::from(&variant::PHOTONS_GRID)
-    };
+    let all = Parts { stages: Stages::ALL, ..Parts::from(&variant::PHOTONS_GRID) };
     let gathers = variant::ALL.iter().map(move |gather| Parts { gather, ..all });
     let histories = history::ALL.iter().map(move |&history| Parts { history, ..all });
     let denoisers = denoiser::ALL.iter().map(move |&denoiser| Parts { denoiser, ..all });

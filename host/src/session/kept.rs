@@ -36,6 +36,7 @@ mod tests {
 
     use caustics_kernels::interface::balance::Balance;
     use caustics_kernels::interface::history::{HistoryPoint, PathHistoryLight, ValidationPhoton};
+    use caustics_kernels::method::STAGES;
     use caustics_kernels::{emission, history, method};
 
     use super::*;
@@ -45,16 +46,11 @@ mod tests {
     fn every_buffer_that_outlives_a_frame_has_its_words() {
         let strides: BTreeMap<&str, usize> =
             passes().iter().flat_map(|pass| pass.buffers).map(|bound| (bound.name, bound.stride)).collect();
-        let parts = [
-            &history::path::KEPT[..],
-            &caustics_kernels::pass::weigh::KEPT,
-            &caustics_kernels::pass::balance::KEPT,
-            &caustics_kernels::pass::widen::KEPT,
-        ];
+        let stages = STAGES.into_iter().chain(emission::ALL.iter().map(|emission| &emission.stage));
         let of_kinds = method::ALL.iter().map(|method| method.keeps);
         let of_kinds = of_kinds.chain(history::ALL.iter().map(|history| history.keeps));
-        let of_kinds = of_kinds.chain(emission::ALL.iter().map(|emission| emission.keeps));
-        let names: BTreeSet<&str> = of_kinds.chain(parts).flatten().copied().collect();
+        let of_kinds = of_kinds.chain(stages.map(|stage| stage.keeps));
+        let names: BTreeSet<&str> = of_kinds.flatten().copied().collect();
         assert_eq!(names, WORDS.iter().map(|(name, _)| *name).collect());
         for (name, words) in WORDS {
             assert_eq!(strides[name], 4 * words.len(), "{name}");

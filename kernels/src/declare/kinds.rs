@@ -56,6 +56,64 @@ pub type Starts = fn(
     &mut dyn FnMut(&(dyn Emit + Sync)),
 ) -> Result<(), BufferError>;
 
+/// Steps of a frame with these settings.
+pub type Steps = fn(&FrameParams) -> Vec<Step>;
+
+/// A stage of a frame: steps that are switched on together, by the slots of the frame that they run in. Frames without light
+/// paths are dark: `before_light`, `after_gather` and `after_resolve` are skipped there.
+#[derive(Clone, Copy)]
+pub struct FrameStage {
+    /// Name of the stage.
+    pub name: &'static str,
+    /// Before a frame before which something moved, with the settings of the last frame, in the scene of this one.
+    pub look_back: Steps,
+    /// After the camera paths.
+    pub after_collect: Steps,
+    /// After `after_collect` of all stages, before the denoiser.
+    pub before_denoise: Steps,
+    /// Before the first light path.
+    pub before_light: Steps,
+    /// After the pilot, the first eighth of the light paths of a frame before which something moved, before the others start; `None`:
+    /// there is no pilot.
+    pub after_pilot: Option<Steps>,
+    /// After the last photon is gathered.
+    pub after_gather: Steps,
+    /// After the sums of collection points have become radiance.
+    pub after_resolve: Steps,
+    /// At the end of every frame.
+    pub at_end: Steps,
+    /// Buffers that a dark frame fills with zeros.
+    pub cleared_in_the_dark: &'static [&'static str],
+    /// Buffers in which something outlives its frame.
+    pub keeps: &'static [&'static str],
+    /// Whether it reads the parts of path-traced light (`Features::PARTS`).
+    pub reads_parts: bool,
+    /// Stages that it needs.
+    pub needs: &'static [&'static FrameStage],
+}
+
+impl FrameStage {
+    /// A stage without steps.
+    pub const fn new(name: &'static str) -> FrameStage {
+        const NO_STEPS: Steps = |_| Vec::new();
+        FrameStage {
+            name,
+            look_back: NO_STEPS,
+            after_collect: NO_STEPS,
+            before_denoise: NO_STEPS,
+            before_light: NO_STEPS,
+            after_pilot: None,
+            after_gather: NO_STEPS,
+            after_resolve: NO_STEPS,
+            at_end: NO_STEPS,
+            cleared_in_the_dark: &[],
+            keeps: &[],
+            reads_parts: false,
+            needs: &[],
+        }
+    }
+}
+
 /// An emission: starts light paths.
 #[derive(Clone, Copy)]
 pub struct Emission {
@@ -69,21 +127,12 @@ pub struct Emission {
     pub limitations: &'static str,
     /// Whether it reads the casters of the frame's settings.
     pub uses_casters: bool,
-    /// Whether it goes by what an error of each pixel counts (`pass::weigh`).
-    pub weighs: bool,
-    /// Once a frame that shoots, before its first light path.
-    pub prepare: fn(&FrameParams) -> Vec<Step>,
     /// The pass that shoots a batch of light paths and stores their photons.
     pub shoot: &'static Pass,
-    /// The same starts, for who traces some of the paths again on a CPU.
+    /// The same starts, for callers that trace some of the paths again on a CPU.
     pub starts: Starts,
-    /// What is learnt from the first eighth of the light paths before the others start, in a frame before which something
-    /// moved; none: nothing is.
-    pub pilot: Option<fn(&FrameParams) -> Vec<Step>>,
-    /// What is filled with zeros in a frame without light, so that nothing is learnt from what is gone.
-    pub forget: &'static [&'static str],
-    /// Buffers in which something outlives its frame.
-    pub keeps: &'static [&'static str],
+    /// Its steps before the light paths, and what it learns from a pilot.
+    pub stage: FrameStage,
 }
 
 /// A name names one variant, and is what is printed: addresses of functions differ from process to process.
@@ -105,5 +154,5 @@ macro_rules! named {
     };
 }
 
-named!(History Denoiser Emission);
+named!(History Denoiser Emission FrameStage);
 pub(crate) use named;

@@ -1,7 +1,7 @@
 //! Aimed emission: into the cones round what casts caustics (`light::aimed`).
 
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::Emission;
+use crate::declare::{Emission, FrameStage};
 use crate::light::aimed::Aimed;
 
 crate::shoot_pass!(joint "shoot.aimed", |power| Aimed { power });
@@ -15,11 +15,7 @@ pub const AIMED: Emission = Emission {
     limitations: "nothing knows which of the casters is lit or seen; what casts beside the cones (a wall of mirrors, say) gets few and \
             heavy paths",
     uses_casters: true,
-    weighs: false,
-    prepare: |_| Vec::new(),
     shoot: &SHOOT,
     starts,
-    pilot: None,
-    forget: &[],
-    keeps: &[],
+    stage: FrameStage::new("aimed"),
 };

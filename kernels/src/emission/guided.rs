@@ -11,7 +11,7 @@ use spirv_std::num_traits::Float;
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::{Emission, Step};
+use crate::declare::{Emission, FrameStage, Step};
 use crate::gather::score::{INVERSE_QUANTUM, WORDS};
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::guide::{GuideMap, GuideSum};
@@ -25,7 +25,7 @@ use crate::math::is_finite;
 use crate::math::quanta::Quanta;
 use crate::pass::weigh::kept;
 #[cfg(not(target_arch = "spirv"))]
-use crate::pass::weigh::weigh_with_pilot;
+use crate::pass::weigh::{WEIGH, weigh_with_pilot};
 use crate::platform::{AtomicWords, Slots, Words};
 
 crate::shoot_pass!(joint "shoot.guided", |power, guide_maps: &[GuideMap], guide_pyramid: &[f32]| Guided {
@@ -44,17 +44,19 @@ pub const GUIDED: Emission = Emission {
             a frame's paths alone; what casts beside the cones is seen by a coarse map; where a lamp goes out or on, what is known \
             of those behind it in the table is taken for another's",
     uses_casters: true,
-    weighs: true,
-    prepare: |params| learn(params, 0),
     shoot: &SHOOT,
     starts,
-    pilot: Some(|params| {
-        let mut steps = weigh_with_pilot(params);
-        steps.extend(learn(params, 1));
-        steps
-    }),
-    forget: &[],
-    keeps: &["guide_maps", "guide_sums", "start_counts", "start_scores"],
+    stage: FrameStage {
+        before_light: |params| learn(params, 0),
+        after_pilot: Some(|params| {
+            let mut steps = weigh_with_pilot(params);
+            steps.extend(learn(params, 1));
+            steps
+        }),
+        keeps: &["guide_maps", "guide_sums", "start_counts", "start_scores"],
+        needs: &[&WEIGH],
+        ..FrameStage::new("guided")
+    },
 };
 
 /// Adds what was scored to what is known, and makes maps of it. The first time in a frame, what is known fades.

@@ -1,7 +1,7 @@
 //! Emission by power: every light by its share of the flux, all of its positions and directions alike (`light::power`).
 
 #[cfg(not(target_arch = "spirv"))]
-use crate::declare::Emission;
+use crate::declare::{Emission, FrameStage};
 
 crate::shoot_pass!(joint "shoot.store", |power| power);
 
@@ -13,11 +13,7 @@ pub const POWER: Emission = Emission {
     cost: "nothing",
     limitations: "most paths go where nobody sees a caustic",
     uses_casters: false,
-    weighs: false,
-    prepare: |_| Vec::new(),
     shoot: &SHOOT,
     starts,
-    pilot: None,
-    forget: &[],
-    keeps: &[],
+    stage: FrameStage::new("power"),
 };

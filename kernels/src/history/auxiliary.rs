@@ -3,6 +3,8 @@
 //! pays. Rays are not counted: what is learnt from counters, and rates, are those of the frame.
 
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{FrameStage, Step};
 use crate::history::reprojected::ReprojectedPoint;
 use crate::history::window::{project, seen_from};
 use crate::interface::auxiliary::Auxiliary;
@@ -19,6 +21,13 @@ use crate::platform::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
+
+/// Layers for other tools.
+#[cfg(not(target_arch = "spirv"))]
+pub const AUXILIARY_LAYERS: FrameStage = FrameStage {
+    at_end: |params| vec![Step::new(&AUXILIARY, params)],
+    ..FrameStage::new("auxiliary layers")
+};
 
 /// Prefixes of camera paths, a pixel an invocation.
 #[pass(name = "auxiliary", over = params.pixel_count(), work = Auxiliary, joint)]

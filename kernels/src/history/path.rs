@@ -14,9 +14,9 @@
 //! so where a path may pass a surface or be reflected by it the kept light is that of the last choice, and else the nearest
 //! pixel's; whatever lies beside a change is as noisy as without a history.
 
-#[cfg(not(target_arch = "spirv"))]
-use crate::declare::Step;
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{FrameStage, Step};
 use crate::history::demodulate::{MIN_REFLECTANCE, demodulated, head_on};
 use crate::history::nearest::{Nearest, max_samples_by_view};
 use crate::history::reprojected::ReprojectedPoint;
@@ -43,28 +43,19 @@ use spirv_std::glam::{Vec2, Vec3};
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-/// What outlives a frame.
+/// Path-traced light that outlives its frame, and the paths that are traced again to see whether it still holds.
 #[cfg(not(target_arch = "spirv"))]
-pub const KEPT: [&str; 4] = ["path_points", "path_light", "path_square", "path_brightness"];
-
-/// Steps before a frame after something moved, with the parameters of the frame before it: they trace some of its paths again.
-#[cfg(not(target_arch = "spirv"))]
-pub fn retrace_steps(params: &FrameParams) -> Vec<Step> {
-    vec![Step::new(&PATH_RETRACE, params)]
-}
-
-/// Steps of a frame after `collect`: they find the path-traced light of the last frame for each collection point.
-#[cfg(not(target_arch = "spirv"))]
-pub fn reproject_steps(params: &FrameParams) -> Vec<Step> {
-    let judge = (params.moved != 0).then(|| Step::new(&PATH_JUDGE, params));
-    judge.into_iter().chain([Step::new(&PATH_REPROJECT, params)]).collect()
-}
-
-/// Once a frame, when what this frame found is final.
-#[cfg(not(target_arch = "spirv"))]
-pub fn blend_steps(params: &FrameParams) -> Vec<Step> {
-    vec![Step::new(&PATH_BLEND, params)]
-}
+pub const PATH_HISTORY: FrameStage = FrameStage {
+    look_back: |params| vec![Step::new(&PATH_RETRACE, params)],
+    after_collect: |params| {
+        let judge = (params.moved != 0).then(|| Step::new(&PATH_JUDGE, params));
+        judge.into_iter().chain([Step::new(&PATH_REPROJECT, params)]).collect()
+    },
+    before_denoise: |params| vec![Step::new(&PATH_BLEND, params)],
+    keeps: &["path_points", "path_light", "path_square", "path_brightness"],
+    reads_parts: true,
+    ..FrameStage::new("path history")
+};
 
 /// Pixels to a side of a block, of which one is traced again.
 pub const BLOCK: u32 = 5;

@@ -4,16 +4,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::LazyLock;
 
-use crate::declare::{BufferSpec, Emission, INDEX, Step, Work, buffers};
+use crate::declare::{BufferSpec, Emission, INDEX, Step, Steps, Work, buffers};
 use crate::gather::variant::{self, Over, Side, Stage, Variant};
-use crate::history::path;
 use crate::interface::frame::{Dispatch, FrameParams, PILOT};
-use crate::method::{Method, Parts};
-use crate::pass::balance::balance;
-use crate::pass::bound::bound;
+use crate::method::{Method, Parts, Stages};
 use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
-use crate::pass::{weigh, widen};
 use crate::{denoiser, emission, history};
 
 /// The steps of a frame of any method that brings photons to collection points: `prepare` comes once before the light
@@ -24,22 +20,15 @@ pub fn frame_steps(
     prepare: Vec<Step>,
     shoot: impl Fn(Batch) -> Vec<Step>,
 ) -> Vec<Step> {
-    let Parts { history, denoiser, emission, balances, bounds, keeps_path, widens, .. } = parts;
+    let Parts { history, denoiser, .. } = parts;
     let shoots = params.light_path_count > 0;
     let mut steps = vec![
         Step::Clear { buffer: "counters" },
         Step::Clear { buffer: "accumulator" },
         Step::new(&COLLECT, params),
     ];
-    if keeps_path {
-        steps.extend(path::reproject_steps(params));
-    }
-    if bounds {
-        steps.extend(bound(params));
-    }
-    if keeps_path {
-        steps.extend(path::blend_steps(params));
-    }
+    steps.extend(parts.steps(|stage| stage.after_collect, params));
+    steps.extend(parts.steps(|stage| stage.before_denoise, params));
     steps.extend((denoiser.steps)(params));
     // A history that follows the light has nothing to follow in the dark.
     let forgets = !shoots && !history.forget.is_empty();
@@ -48,34 +37,27 @@ pub fn frame_steps(
     } else {
         steps.extend((history.before)(params));
     }
-    if shoots && widens {
-        steps.extend(widen::widen(params));
-    }
     if shoots {
-        if parts.weighs() {
-            steps.extend(weigh::weigh(params));
-        }
-        steps.extend((emission.prepare)(params));
+        steps.extend(parts.steps(|stage| stage.before_light, params));
         steps.extend(prepare);
     } else {
-        steps.extend(emission.forget.iter().map(|&buffer| Step::Clear { buffer }));
+        let cleared = parts.all_stages().flat_map(|stage| stage.cleared_in_the_dark);
+        steps.extend(cleared.map(|&buffer| Step::Clear { buffer }));
     }
-    let pilot = emission.pilot.filter(|_| params.moved != 0);
-    let pilot_count = if pilot.is_some() { params.light_path_count / PILOT } else { 0 };
-    if let Some(learn) = pilot.filter(|_| pilot_count > 0) {
+    let after_pilot: Vec<Steps> = parts.all_stages().filter_map(|stage| stage.after_pilot).collect();
+    let has_pilot = params.moved != 0 && !after_pilot.is_empty();
+    let pilot_count = if has_pilot { params.light_path_count / PILOT } else { 0 };
+    if pilot_count > 0 {
         steps.extend(batches(params, 0..pilot_count).flat_map(&shoot));
-        steps.extend(learn(params));
+        steps.extend(after_pilot.iter().flat_map(|learn| learn(params)));
     }
     steps.extend(batches(params, pilot_count..params.light_path_count).flat_map(&shoot));
-    if shoots && widens {
-        steps.extend(widen::learn(params));
+    if shoots {
+        steps.extend(parts.steps(|stage| stage.after_gather, params));
     }
     steps.push(Step::new(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
-    if shoots && parts.weighs() {
-        steps.extend(weigh::learn(params));
-    }
-    if shoots && balances {
-        steps.extend(balance(params));
+    if shoots {
+        steps.extend(parts.steps(|stage| stage.after_resolve, params));
     }
     steps.push(Step::new(&DISPLAY, params));
     steps
@@ -83,7 +65,7 @@ pub fn frame_steps(
 
 /// The steps before a frame before which something moved. They run with the settings of the last frame, in the scene of this one.
 pub fn look_back(parts: Parts, params: &FrameParams) -> Vec<Step> {
-    if parts.keeps_path { path::retrace_steps(params) } else { Vec::new() }
+    parts.steps(|stage| stage.look_back, params)
 }
 
 /// Light paths whose photons the photon buffers hold.
@@ -178,17 +160,7 @@ fn all_steps() -> Vec<Step> {
             for history in history::ALL {
                 for denoiser in denoiser::ALL {
                     for emission in emission::ALL {
-                        let parts = Parts {
-                            balances: true,
-                            bounds: true,
-                            keeps_path: true,
-                            widens: true,
-                            auxiliary: true,
-                            gather,
-                            history,
-                            denoiser,
-                            emission,
-                        };
+                        let parts = Parts { gather, history, denoiser, emission, stages: Stages::ALL };
                         let params = (method.frame)(params, 0);
                         steps.extend(look_back(parts, &params));
                         steps.extend(method.frame_steps(parts, &params));
@@ -206,4 +178,115 @@ pub fn frame_buffers(method: &Method, parts: Parts, params: &FrameParams) -> Vec
     let mut steps = look_back(parts, &params);
     steps.extend(method.frame_steps(parts, &params));
     buffers(&steps, &params)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::declare::FrameStage;
+    use crate::gather::variant::{BRUTE, PHOTONS_GRID, PHOTONS_RT, POINTS_BVH, POINTS_GRID, POINTS_RT};
+    use crate::history::auxiliary::AUXILIARY_LAYERS;
+    use crate::history::path::PATH_HISTORY;
+    use crate::method::{BASIC, KIM2019, PATH, PROGRESSIVE, YANG2021};
+    use crate::pass::balance::BALANCE;
+    use crate::pass::bound::BOUND;
+    use crate::pass::widen::WIDEN;
+
+    /// FNV-1a hash of a text, continued.
+    fn hash(state: u64, text: &str) -> u64 {
+        text.bytes().fold(state, |state, byte| (state ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    }
+
+    /// Parts with the stages of a mask.
+    fn with_stages(mask: u32, parts: Parts) -> Parts {
+        let stages = [&PATH_HISTORY, &BOUND, &WIDEN, &BALANCE, &AUXILIARY_LAYERS];
+        let with = |all: Stages, (bit, stage): (usize, &&FrameStage)| all.with(stage, mask & 1 << bit != 0);
+        Parts { stages: stages.iter().enumerate().fold(Stages::NONE, with), ..parts }
+    }
+
+    /// Hash of the steps of frames with some stages, of every method, gather, history, denoiser and emission; dark and lit, still
+    /// and after something moved.
+    fn steps_hash(mask: u32) -> u64 {
+        let mut state = 0xcbf2_9ce4_8422_2325;
+        for (light_path_count, moved) in [(0, 0), (0, 1), (1000, 0), (1000, 1)] {
+            let params = FrameParams {
+                width: 7,
+                height: 3,
+                light_path_count,
+                light_path_batch: 300,
+                photon_capacity: 1200,
+                light_count: 1,
+                moved,
+                ..FrameParams::default()
+            };
+            for method in [&BASIC, &PROGRESSIVE, &PATH, &KIM2019, &YANG2021] {
+                for gather in [&BRUTE, &PHOTONS_GRID, &PHOTONS_RT, &POINTS_BVH, &POINTS_GRID, &POINTS_RT] {
+                    for history in [&history::NONE, &history::PAPER, &history::VALIDATED] {
+                        for denoiser in [&denoiser::NONE, &denoiser::ATROUS] {
+                            for emission in [&emission::POWER, &emission::AIMED, &emission::GUIDED] {
+                                let parts = Parts { history, denoiser, emission, ..Parts::from(gather) };
+                                let parts = with_stages(mask, parts);
+                                let params = (method.frame)(params, 0);
+                                for step in look_back(parts, &params) {
+                                    state = hash(state, &format!("{step:?}"));
+                                }
+                                for step in method.frame_steps(parts, &params) {
+                                    state = hash(state, &format!("{step:?}"));
+                                }
+                                let kept: BTreeSet<_> = method.kept(parts).collect();
+                                state = hash(state, &format!("{kept:?}"));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        state
+    }
+
+    /// Of stages by a mask: path history, bound, widen, balance, auxiliary layers. From the commit before `FrameStage`, when
+    /// each stage was a boolean of `Parts` and an `if` of `frame_steps`.
+    const HASHES: [u64; 32] = [
+        0xeb65_8392_3ce3_cc5d,
+        0x795b_0d2c_ccd4_3b85,
+        0xe777_4878_eb3e_0465,
+        0xabd9_6720_4536_7295,
+        0x5b6f_7e92_6bc3_4bd5,
+        0x0008_bb53_de45_9e5d,
+        0xc6f2_b6cb_2df9_a36d,
+        0x56ab_634c_a55f_6a05,
+        0x5aeb_04aa_9739_2515,
+        0x8bb3_2187_e96f_93dd,
+        0x7aee_62a8_0825_0a35,
+        0x652d_ac7a_5cca_b74d,
+        0x9029_09c1_40c2_6bf5,
+        0x7d6d_e268_6b51_5055,
+        0xce95_9d2d_510a_9bcd,
+        0x50a1_fa65_232a_ec5d,
+        0x16cf_8d46_a809_40cd,
+        0x8d2e_fca7_0f5b_ca8d,
+        0xc997_14aa_59ab_4f0d,
+        0x7006_f849_2359_9f95,
+        0x5bd3_b7fc_f9e2_091d,
+        0x7b12_8338_b052_510d,
+        0x04de_a367_db07_9f1d,
+        0x2cbd_cc18_48d3_8b5d,
+        0x9a42_f822_4cf6_7215,
+        0xd568_1850_4815_0405,
+        0xa9fb_2b04_0177_3ced,
+        0xe254_0c2d_276a_fe4d,
+        0x6cfd_8603_2bbe_74ed,
+        0xe917_c0c6_dc6c_f405,
+        0xe024_06d2_8112_02dd,
+        0xb8b4_2f14_27de_1175,
+    ];
+
+    #[test]
+    fn stages_give_the_steps_of_the_booleans_that_they_replace() {
+        for (mask, expected) in (0..).zip(HASHES) {
+            assert_eq!(steps_hash(mask), expected, "stages {mask:#07b}");
+        }
+    }
 }

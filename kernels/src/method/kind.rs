@@ -1,12 +1,15 @@
 //! What a method is.
 
-use crate::declare::{Denoiser, Emission, History, Step, named};
+use crate::declare::{Denoiser, Emission, FrameStage, History, Step, Steps, named};
 use crate::gather::variant::Variant;
-use crate::history::auxiliary::AUXILIARY;
-use crate::history::path;
+use crate::history::auxiliary::AUXILIARY_LAYERS;
+use crate::history::path::PATH_HISTORY;
 use crate::interface::choice::TextureFilter;
 use crate::interface::frame::FrameParams;
-use crate::pass::{balance, weigh, widen};
+use crate::pass::balance::BALANCE;
+use crate::pass::bound::BOUND;
+use crate::pass::weigh::WEIGH;
+use crate::pass::widen::WIDEN;
 use crate::{denoiser, emission, history};
 
 /// A rendering method: what a frame consists of.
@@ -44,21 +47,14 @@ pub struct Method {
 impl Method {
     /// The buffers in which something of a frame made of these parts outlives it; empty: frames do not depend on each other.
     pub fn kept(&self, parts: Parts) -> impl Iterator<Item = &'static str> + use<> {
-        let none: &'static [&'static str] = &[];
-        let weighs = if parts.weighs() { &weigh::KEPT } else { none };
-        let balances = if parts.balances { &balance::KEPT } else { none };
-        let widens = if parts.widens { &widen::KEPT } else { none };
-        let path = if parts.keeps_path { &path::KEPT } else { none };
-        let all = [self.keeps, parts.history.keeps, parts.emission.keeps, weighs, balances, widens, path];
-        all.into_iter().flatten().copied()
+        let of_stages = parts.all_stages().flat_map(|stage| stage.keeps);
+        [self.keeps, parts.history.keeps].into_iter().flatten().chain(of_stages).copied()
     }
 
-    /// The steps of a frame made of these parts, with what it leaves to other tools.
+    /// The steps of a frame made of these parts.
     pub fn frame_steps(&self, parts: Parts, params: &FrameParams) -> Vec<Step> {
         let mut steps = (self.steps)(parts, params);
-        if parts.auxiliary {
-            steps.push(Step::new(&AUXILIARY, params));
-        }
+        steps.extend(parts.steps(|stage| stage.at_end, params));
         steps
     }
 
@@ -79,27 +75,60 @@ pub struct Parts {
     pub denoiser: &'static Denoiser,
     /// How light paths start.
     pub emission: &'static Emission,
-    /// Whether frames say how many light paths those after them shoot (`pass::balance`).
-    pub balances: bool,
-    /// Whether rare bright samples of camera paths are bounded (`pass::bound`).
-    pub bounds: bool,
-    /// Whether path-traced light outlives its frame (`history::path`).
-    pub keeps_path: bool,
-    /// Whether discs are wider where photons were few (`pass::widen`).
-    pub widens: bool,
-    /// Whether it is said what pixels show (`history::auxiliary`).
-    pub auxiliary: bool,
+    /// Stages beside them.
+    pub stages: Stages,
+}
+
+/// Stages that can be switched on, in the order in which they run within a slot.
+pub const STAGES: [&FrameStage; 6] = [&PATH_HISTORY, &BOUND, &WIDEN, &WEIGH, &BALANCE, &AUXILIARY_LAYERS];
+
+/// A set of [`STAGES`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stages(u32);
+
+impl Stages {
+    /// No stage.
+    pub const NONE: Stages = Stages(0);
+    /// All stages.
+    pub const ALL: Stages = Stages((1 << STAGES.len()) - 1);
+
+    /// Adds a stage of [`STAGES`], if it is on.
+    #[must_use]
+    pub fn with(self, stage: &FrameStage, is_on: bool) -> Stages {
+        Stages(self.0 | u32::from(is_on) << index(stage))
+    }
+
+    /// Whether a stage of [`STAGES`] is among them.
+    pub fn has(self, stage: &FrameStage) -> bool {
+        self.0 & 1 << index(stage) != 0
+    }
+}
+
+fn index(stage: &FrameStage) -> usize {
+    STAGES.iter().position(|known| *known == stage).expect("a stage of the list")
 }
 
 impl Parts {
-    /// Whether it is weighed how much an error of each pixel counts.
-    pub fn weighs(&self) -> bool {
-        self.balances || self.emission.weighs
+    /// All stages of a frame, in the order in which they run within a slot: those that are switched on, those that they need, and that
+    /// of the emission.
+    pub fn all_stages(&self) -> impl Iterator<Item = &'static FrameStage> + use<> {
+        let is_on = |stage: &FrameStage| self.stages.has(stage);
+        let emission = &self.emission.stage;
+        let needed = STAGES.into_iter().filter(|stage| is_on(stage)).chain([emission]);
+        let needed: Vec<&FrameStage> = needed.flat_map(|stage| stage.needs).copied().collect();
+        let own: Vec<&FrameStage> =
+            STAGES.into_iter().filter(|stage| is_on(stage) || needed.contains(stage)).collect();
+        own.into_iter().chain([emission])
     }
 
-    /// Whether somebody takes path-traced light apart (`Features::PARTS`).
-    pub fn takes_apart(&self) -> bool {
-        self.bounds || self.keeps_path || *self.denoiser != denoiser::NONE
+    /// The steps of a slot of all stages.
+    pub fn steps(&self, slot: impl Fn(&FrameStage) -> Steps, params: &FrameParams) -> Vec<Step> {
+        self.all_stages().flat_map(|stage| slot(stage)(params)).collect()
+    }
+
+    /// Whether a part reads the parts of path-traced light (`Features::PARTS`).
+    pub fn reads_parts(&self) -> bool {
+        self.all_stages().any(|stage| stage.reads_parts) || *self.denoiser != denoiser::NONE
     }
 }
 
@@ -111,11 +140,7 @@ impl From<&'static Variant> for Parts {
             history: &history::NONE,
             denoiser: &denoiser::NONE,
             emission: &emission::POWER,
-            balances: false,
-            bounds: false,
-            keeps_path: false,
-            widens: false,
-            auxiliary: false,
+            stages: Stages::NONE,
         }
     }
 }

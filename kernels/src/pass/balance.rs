@@ -9,9 +9,9 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-#[cfg(not(target_arch = "spirv"))]
-use crate::declare::Step;
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{FrameStage, Step};
 use crate::gather::accumulator::{self, GatheredSum};
 use crate::interface::balance::{Balance, MAX_PATHS, MIN_PATHS};
 use crate::interface::counters::{COUNTER_COUNT, Counter};
@@ -21,18 +21,19 @@ use crate::interface::seen::PixelSum;
 use crate::math::mean;
 use crate::pass::resolve::estimate_radiance;
 use crate::pass::weigh::FADE;
+#[cfg(not(target_arch = "spirv"))]
+use crate::pass::weigh::WEIGH;
 use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// What outlives a frame, beside what `weigh` keeps.
+/// The number of light paths of the next frame.
 #[cfg(not(target_arch = "spirv"))]
-pub const KEPT: [&str; 1] = ["balance"];
-
-/// Once a frame that shoots, after it is resolved.
-#[cfg(not(target_arch = "spirv"))]
-pub fn balance(params: &FrameParams) -> Vec<Step> {
-    vec![Step::new(&BALANCE_ROWS, params), Step::new(&BALANCE_PATHS, params)]
-}
+pub const BALANCE: FrameStage = FrameStage {
+    after_resolve: |params| vec![Step::new(&BALANCE_ROWS, params), Step::new(&BALANCE_PATHS, params)],
+    keeps: &["balance"],
+    needs: &[&WEIGH],
+    ..FrameStage::new("balance")
+};
 
 /// Share of what earlier frames of a still view said that counts on: eight frames even out what one sees of rare paths.
 const KEEP: f32 = 0.875;

@@ -4,19 +4,21 @@
 //! Bounded is what was found after the first non-delta bounce: a lamp in view, or seen in what is smooth, and
 //! direct light on what is seen so, are as steady as their surroundings are not.
 
-#[cfg(not(target_arch = "spirv"))]
-use crate::declare::Step;
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{FrameStage, Step};
 use crate::interface::frame::FrameParams;
 use crate::math::mean;
 use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// Once a frame, after `collect`.
+/// A bound on fireflies.
 #[cfg(not(target_arch = "spirv"))]
-pub fn bound(params: &FrameParams) -> Vec<Step> {
-    vec![Step::new(&BOUND_LIMITS, params), Step::new(&BOUND_SAMPLES, params)]
-}
+pub const BOUND: FrameStage = FrameStage {
+    after_collect: |params| vec![Step::new(&BOUND_LIMITS, params), Step::new(&BOUND_SAMPLES, params)],
+    reads_parts: true,
+    ..FrameStage::new("bound")
+};
 
 /// A sample is at most this times the mean around it.
 pub const MAX_OVER_MEAN: f32 = 8.0;

@@ -1,9 +1,9 @@
 //! `weigh.*`: how much an error of each pixel counts, by what it showed: what emissions that learn and shares of a frame's time
 //! go by. All of it is of earlier frames, and of what comes before the light paths that it is used for.
 
-#[cfg(not(target_arch = "spirv"))]
-use crate::declare::Step;
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{FrameStage, Step};
 use crate::gather::accumulator::{self, GatheredSum};
 use crate::interface::frame::{Dispatch, FrameParams, PILOT};
 use crate::interface::point::{PointGeometry, PointShading};
@@ -13,23 +13,20 @@ use crate::pass::resolve::estimate_radiance;
 use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// What outlives a frame.
+/// Weights of an error of each pixel.
 #[cfg(not(target_arch = "spirv"))]
-pub const KEPT: [&str; 2] = ["image_rows", "pixel_sums"];
-
-/// Once a frame that shoots, after `collect`: adds what camera paths found, and weighs pixels.
-#[cfg(not(target_arch = "spirv"))]
-pub fn weigh(params: &FrameParams) -> Vec<Step> {
-    let mut steps = vec![Step::new(&WEIGH_SEEN, params)];
-    steps.extend(steps_of(params, 0));
-    steps
-}
-
-/// Once a frame that shoots, after it is resolved: adds what light paths brought.
-#[cfg(not(target_arch = "spirv"))]
-pub fn learn(params: &FrameParams) -> Vec<Step> {
-    vec![Step::new(&WEIGH_LEARN, params)]
-}
+pub const WEIGH: FrameStage = FrameStage {
+    // Add what camera paths found, and weigh pixels.
+    before_light: |params| {
+        let mut steps = vec![Step::new(&WEIGH_SEEN, params)];
+        steps.extend(steps_of(params, 0));
+        steps
+    },
+    // Add what light paths brought.
+    after_resolve: |params| vec![Step::new(&WEIGH_LEARN, params)],
+    keeps: &["image_rows", "pixel_sums"],
+    ..FrameStage::new("weigh")
+};
 
 /// Weighs pixels once more, with what the pilot of the frame brought.
 #[cfg(not(target_arch = "spirv"))]

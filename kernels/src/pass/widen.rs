@@ -8,9 +8,9 @@
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-#[cfg(not(target_arch = "spirv"))]
-use crate::declare::Step;
 use crate::declare::pass;
+#[cfg(not(target_arch = "spirv"))]
+use crate::declare::{FrameStage, Step};
 use crate::gather::accumulator;
 use crate::interface::frame::FrameParams;
 use crate::interface::point::PointGeometry;
@@ -18,21 +18,14 @@ use crate::math::clamp;
 use crate::platform::Slots;
 use spirv_std::glam::Vec2;
 
-/// What outlives a frame.
+/// Discs that are wider where the last frame's photons were few.
 #[cfg(not(target_arch = "spirv"))]
-pub const KEPT: [&str; 1] = ["radius_next"];
-
-/// Once a frame that shoots, after what goes by the radius of the settings and before any photon is gathered.
-#[cfg(not(target_arch = "spirv"))]
-pub fn widen(params: &FrameParams) -> Vec<Step> {
-    vec![Step::new(&WIDEN_DISCS, params)]
-}
-
-/// Once a frame that shoots, after the last photon is gathered.
-#[cfg(not(target_arch = "spirv"))]
-pub fn learn(params: &FrameParams) -> Vec<Step> {
-    vec![Step::new(&WIDEN_LEARN, params)]
-}
+pub const WIDEN: FrameStage = FrameStage {
+    before_light: |params| vec![Step::new(&WIDEN_DISCS, params)],
+    after_gather: |params| vec![Step::new(&WIDEN_LEARN, params)],
+    keeps: &["radius_next"],
+    ..FrameStage::new("widen")
+};
 
 /// Largest radius, relative to that of the settings.
 pub const WIDEST: f32 = 3.0;

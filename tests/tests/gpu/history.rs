@@ -10,11 +10,12 @@ use caustics::upload::Upload;
 use caustics_kernels::declare::Step;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::auxiliary::AUXILIARY;
+use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::history::{self, History, VALIDATED};
 use caustics_kernels::interface::auxiliary::Auxiliary;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
-use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
+use caustics_kernels::method::{Parts, Stages};
 use caustics_tests::compare::{Tolerance, records};
 use caustics_tests::gpu::{Gpu, watched_gpu};
 use caustics_tests::parity::{RunnerPair, load};
@@ -81,7 +82,8 @@ impl Animation {
 
     fn parts(&self) -> Parts {
         let (history, keeps_path) = (self.settings.history, self.keeps_path);
-        Parts { history, keeps_path, ..Parts::from(&PHOTONS_GRID) }
+        let stages = Stages::NONE.with(&PATH_HISTORY, keeps_path);
+        Parts { history, stages, ..Parts::from(&PHOTONS_GRID) }
     }
 }
 

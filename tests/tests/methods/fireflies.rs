@@ -8,6 +8,7 @@ use caustics_kernels::interface::choice::Fireflies;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::method::{Method, Parts};
+use caustics_kernels::pass::bound::BOUND;
 use caustics_kernels::pass::bound::MAX_OVER_MEAN;
 use caustics_tests::frames::around;
 use caustics_tests::scenes::*;
@@ -110,6 +111,6 @@ fn what_is_steady_and_what_converges_stay() {
     let settings = settings(Fireflies::Bounded, 1);
     for (method, bounds) in [(&BASIC, true), (&PROGRESSIVE, false)] {
         let parts: Parts = settings.parts(method, &PHOTONS_GRID);
-        assert_eq!(parts.bounds, bounds, "{}", method.name);
+        assert_eq!(parts.stages.has(&BOUND), bounds, "{}", method.name);
     }
 }

@@ -6,6 +6,9 @@ use std::path::PathBuf;
 use caustics::checkpoint::Identity;
 use caustics::shard::Shard;
 use caustics_bench::cell::Cell;
+use caustics_kernels::history::path::PATH_HISTORY;
+use caustics_kernels::pass::balance::BALANCE;
+use caustics_kernels::pass::widen::WIDEN;
 
 use super::stop::Stop;
 use crate::cli::{Common, Usage};
@@ -78,10 +81,10 @@ fn reusing_options(cell: &Cell) -> Vec<String> {
     let all = [
         (!method.keeps.is_empty(), "--method", method.name),
         (!parts.history.keeps.is_empty(), "--history", parts.history.name),
-        (parts.keeps_path, "--path-history", cell.path_history.name()),
-        (!parts.emission.keeps.is_empty(), "--emission", parts.emission.name),
-        (parts.balances, "--light-paths", "auto"),
-        (parts.widens, "--radius-px", "auto"),
+        (parts.stages.has(&PATH_HISTORY), "--path-history", cell.path_history.name()),
+        (!parts.emission.stage.keeps.is_empty(), "--emission", parts.emission.name),
+        (parts.stages.has(&BALANCE), "--light-paths", "auto"),
+        (parts.stages.has(&WIDEN), "--radius-px", "auto"),
     ];
     let reuses = all.into_iter().filter(|(reuses, ..)| *reuses);
     reuses.map(|(_, option, value)| format!("{option} {value}")).collect()

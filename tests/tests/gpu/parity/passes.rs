@@ -9,9 +9,12 @@ use caustics_kernels::gather::variant::{self, BRUTE, PHOTONS_GRID, Variant};
 use caustics_kernels::interface::balance::Balance;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::point::{PhotonGeometry, PointGeometry};
-use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
 use caustics_kernels::method::frame as gather;
+use caustics_kernels::method::{Parts, Stages};
+use caustics_kernels::pass::balance::BALANCE;
+use caustics_kernels::pass::bound::BOUND;
+use caustics_kernels::pass::widen::WIDEN;
 use caustics_tests::compare::{Difference, Tolerance, floats, words};
 use caustics_tests::parity::{self, RunnerPair};
 use caustics_tests::table::Table;
@@ -30,7 +33,8 @@ pub fn all(runners: &mut RunnerPair, scene: &Scene, hardware: bool, table: &mut 
     let first = runners.params;
     for index in 0..2 {
         runners.params = FrameParams { frame: first.frame + index, moved: 1 - index, ..first };
-        let parts = Parts { balances: true, bounds: true, widens: true, ..Parts::from(&PHOTONS_GRID) };
+        let stages = Stages::NONE.with(&BALANCE, true).with(&BOUND, true).with(&WIDEN, true);
+        let parts = Parts { stages, ..Parts::from(&PHOTONS_GRID) };
         for step in basic::steps(parts, &runners.params) {
             one(runners, scene, &POWER, step, table);
         }
@@ -68,7 +72,7 @@ fn emissions(runners: &mut RunnerPair, scene: &Scene, table: &mut Table) {
         let steps = basic::steps(parts, &runners.params).into_iter();
         let steps = steps.filter(|step| work(step) != Some(Work::Camera));
         // Its pilot is gathered, and learnt from.
-        let mut gathers = u32::from(emission.pilot.is_some());
+        let mut gathers = u32::from(emission.stage.after_pilot.is_some());
         for step in steps {
             if work(&step) == Some(Work::Gather) {
                 if gathers == 0 {

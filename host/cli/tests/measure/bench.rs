@@ -1,9 +1,7 @@
 //! `caustics bench` from outside: what it measures, prints, keeps and refuses.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-use assert_cmd::Command;
 use caustics::image_file::Channels;
 use caustics::scene::{Scene, resolve};
 use caustics::settings::Settings;
@@ -20,45 +18,40 @@ use caustics_bench::result::CellResult;
 use caustics_bench::store;
 use caustics_kernels::history;
 use caustics_kernels::method::basic::BASIC;
-use serde_json::Value;
-use tempfile::TempDir;
+
+use crate::test_dir::{Run, TestDir};
 
 /// A tiny image with few light paths.
 const TINY: [&str; 8] =
     ["--width", "40", "--height", "24", "--paths-per-pixel", "2", "--reference-frames", "8"];
 
-/// A folder with references of its own.
-struct Desk(TempDir);
+/// Folder with references of its own.
+struct BenchDir(TestDir);
 
-impl Desk {
-    fn new() -> Desk {
-        Desk(tempfile::tempdir().unwrap())
+impl BenchDir {
+    fn new() -> BenchDir {
+        BenchDir(TestDir::new())
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.0.path(name)
     }
 
-    /// Runs in the folder: exit code, stdout, stderr.
-    fn run(&self, arguments: &[&str]) -> (i32, String, String) {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-        command.current_dir(self.0.path()).timeout(Duration::from_secs(300));
-        let output = command.env("CAUSTICS_CACHE", self.path("cache")).args(arguments).output().unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-        (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    /// Runs the program with its cache in the folder.
+    fn run(&self, arguments: &[&str]) -> Run {
+        let mut command = self.0.command(arguments);
+        Run::from_output(command.env("CAUSTICS_CACHE", self.path("cache")).output().unwrap())
     }
 
-    /// Measures mirror-room on the CPU: exit code, stdout, stderr.
-    fn try_bench(&self, arguments: &[&str]) -> (i32, String, String) {
+    /// Measures mirror-room on the CPU.
+    fn try_bench(&self, arguments: &[&str]) -> Run {
         self.run(&[&["bench", "mirror-room", "--runner", "cpu"], &TINY[..], arguments].concat())
     }
 
-    /// Measures into the folder `out`; the run must succeed. Gives stdout and stderr.
+    /// Measures into the folder `out`, which must succeed.
     #[track_caller]
-    fn bench(&self, arguments: &[&str]) -> (String, String) {
-        let (code, stdout, stderr) = self.try_bench(&[&["-o", "out"], arguments].concat());
-        assert_eq!(code, 0, "{arguments:?}: {stderr}");
-        (stdout, stderr)
+    fn bench(&self, arguments: &[&str]) -> Run {
+        self.try_bench(&[&["-o", "out"], arguments].concat()).expect_success(arguments)
     }
 
     fn results(&self) -> Vec<CellResult> {
@@ -74,15 +67,15 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn time_and_error_of_every_history_and_frame_are_there() {
-    let desk = Desk::new();
+    let dir = BenchDir::new();
     let names: Vec<&str> = history::ALL.iter().map(|history| history.name).collect();
     let run = ["--measure", "time,error", "--every-frame", "--frames", "3", "--history", &names.join(",")];
-    let (stdout, stderr) = desk.bench(&run);
+    let Run { stdout, stderr, .. } = dir.bench(&run);
     assert!(
         stderr.contains("reference 1 of 3") && !stderr.contains("reference 2"),
         "nothing moves: {stderr}"
     );
-    let results = desk.results();
+    let results = dir.results();
     assert_eq!(results.len(), names.len());
     for CellResult { cell, time, error, frames, .. } in &results {
         let (time, error) = (time.as_ref().unwrap(), error.as_ref().unwrap());
@@ -109,7 +102,7 @@ fn time_and_error_of_every_history_and_frame_are_there() {
     for name in names {
         assert!(stdout.contains(&format!("basic-{name}")), "{stdout}");
     }
-    let lines = |name: &str| std::fs::read_to_string(desk.path("out").join(name)).unwrap().lines().count();
+    let lines = |name: &str| std::fs::read_to_string(dir.path("out").join(name)).unwrap().lines().count();
     assert_eq!(lines("cells.csv"), 1 + results.len());
     assert_eq!(lines("frames.csv"), 1 + 3 * results.len());
     let passes: usize = results.iter().map(|result| result.time.as_ref().unwrap().pass_ms.len()).sum();
@@ -118,7 +111,7 @@ fn time_and_error_of_every_history_and_frame_are_there() {
 
 #[test]
 fn cells_of_all_axes_are_measured() {
-    let desk = Desk::new();
+    let dir = BenchDir::new();
     let run = [
         "--method",
         "basic,path",
@@ -129,8 +122,8 @@ fn cells_of_all_axes_are_measured() {
         "--frames",
         "5",
     ];
-    let (stdout, _) = desk.bench(&run);
-    let results = desk.results();
+    let stdout = dir.bench(&run).stdout;
+    let results = dir.results();
     // Two gathers and the path tracer, which has none, with either code.
     assert_eq!(results.len(), 2 * (2 + 1));
     for CellResult { identity, cell, time, provenance, .. } in &results {
@@ -157,13 +150,13 @@ fn cells_of_all_axes_are_measured() {
 
     // By force the cells are measured again; those of others stay.
     let another = "00000000000000aa";
-    store::write(&desk.path("out"), &CellResult { identity: another.into(), ..CellResult::default() })
+    store::write(&dir.path("out"), &CellResult { identity: another.into(), ..CellResult::default() })
         .unwrap();
-    let (_, stderr) = desk.bench(&run);
+    let stderr = dir.bench(&run).stderr;
     assert!(stderr.contains("6 cells, 0 to measure"), "{stderr}");
-    let (_, stderr) = desk.bench(&[&run[..], &["--force"]].concat());
+    let stderr = dir.bench(&[&run[..], &["--force"]].concat()).stderr;
     assert!(stderr.contains("6 cells, 6 to measure"), "{stderr}");
-    assert_eq!(desk.results().len(), 7);
+    assert_eq!(dir.results().len(), 7);
 }
 
 #[test]
@@ -197,62 +190,52 @@ fn each_cell_has_the_first_turn_in_turn() {
 
 #[test]
 fn references_are_kept_and_damaged_ones_made_anew() {
-    let desk = Desk::new();
+    let dir = BenchDir::new();
     let run = ["--measure", "error", "--seeds", "2", "--frames", "2", "--force"];
-    let errors = || desk.results()[0].error.clone().unwrap().values;
-    assert!(desk.bench(&run).1.contains("reference 1 of 1 rendered"));
+    let errors = || dir.results()[0].error.clone().unwrap().values;
+    assert!(dir.bench(&run).stderr.contains("reference 1 of 1 rendered"));
     let first = errors();
-    assert!(!desk.bench(&run).1.contains("reference"));
+    assert!(!dir.bench(&run).stderr.contains("reference"));
     assert_eq!(errors(), first, "the same bits");
 
-    let kept = files(&desk.path("cache"));
+    let kept = files(&dir.path("cache"));
     let [reference] = kept.as_slice() else { panic!("{kept:?}") };
     assert!(reference.ends_with("0000.exr"));
     let (bytes, whole) = (std::fs::read(reference).unwrap(), Channels::read(reference).unwrap());
     for damaged in [&bytes[..bytes.len() / 2], &b"nothing"[..], &[]] {
         std::fs::write(reference, damaged).unwrap();
-        assert!(desk.bench(&run).1.contains("reference 1 of 1 rendered"));
+        assert!(dir.bench(&run).stderr.contains("reference 1 of 1 rendered"));
         assert_eq!(errors(), first, "the same bits");
         assert_eq!(Channels::read(reference).unwrap(), whole);
     }
     // Other settings are other references; another exposure is not.
-    let other = |option: &str, value: &str| desk.bench(&[&run[..], &[option, value]].concat()).1;
+    let other = |option: &str, value: &str| dir.bench(&[&run[..], &[option, value]].concat()).stderr;
     assert!(!other("--exposure", "1").contains("reference"));
     assert!(other("--max-bounces", "4").contains("reference 1 of 1 rendered"));
     assert!(other("--specular-roughness", "0.3").contains("reference 1 of 1 rendered"));
     let flips: Vec<_> =
-        desk.results().iter().map(|result| result.error.clone().unwrap().values["flip"]).collect();
+        dir.results().iter().map(|result| result.error.clone().unwrap().values["flip"]).collect();
     assert!(flips.len() == 4 && flips.iter().any(|flip| *flip != first["flip"]), "{flips:?}");
 }
 
 #[test]
 fn errors_are_those_of_compare() {
-    let desk = Desk::new();
-    desk.bench(&["--measure", "error", "--seeds", "2", "--seed", "7", "--frames", "1"]);
-    let error = desk.results()[0].error.clone().unwrap();
-    let kept = files(&desk.path("cache"));
+    let dir = BenchDir::new();
+    dir.bench(&["--measure", "error", "--seeds", "2", "--seed", "7", "--frames", "1"]);
+    let error = dir.results()[0].error.clone().unwrap();
+    let kept = files(&dir.path("cache"));
     let reference = kept[0].to_str().unwrap();
     for seed in ["7", "8"] {
         let size = ["--width", "40", "--height", "24", "--light-paths", "1920", "--seed", seed];
         let out = format!("{seed}.exr");
-        let (code, _, stderr) =
-            desk.run(&[&["render", "mirror-room", "--runner", "cpu", "-o", &out], &size[..]].concat());
-        assert_eq!(code, 0, "{stderr}");
+        let render = [&["render", "mirror-room", "--runner", "cpu", "-o", &out], &size[..]].concat();
+        dir.run(&render).expect_success(&render);
     }
     let measured = |layer: &str, name: &str| {
-        let (code, stdout, stderr) = desk.run(&[
-            "compare",
-            "7.exr",
-            "8.exr",
-            reference,
-            "--layer",
-            layer,
-            "--exposure",
-            "0",
-            "--json",
-        ]);
-        assert_eq!(code, 0, "{stderr}");
-        serde_json::from_str::<Value>(&stdout).unwrap()["metrics"][name].as_f64().unwrap()
+        let images = ["compare", "7.exr", "8.exr", reference];
+        let compare = [&images[..], &["--layer", layer, "--exposure", "0", "--json"]].concat();
+        let report = dir.run(&compare).expect_success(&compare).json();
+        report["metrics"][name].as_f64().unwrap()
     };
     // The same numbers, summed in another order.
     let same = |own: Option<f64>, theirs: f64| {
@@ -272,10 +255,10 @@ fn errors_are_those_of_compare() {
 
 #[test]
 fn a_still_reference_leaves_the_flicker_of_the_cell() {
-    let desk = Desk::new();
+    let dir = BenchDir::new();
     let run = ["--measure", "error", "--every-frame", "--seeds", "2", "--seed", "7", "--frames", "2"];
-    desk.bench(&[&run[..], &["--emission", "power"]].concat());
-    let flicker = desk.results()[0].frames[1].get(&FLICKER).unwrap();
+    dir.bench(&[&run[..], &["--emission", "power"]].concat());
+    let flicker = dir.results()[0].frames[1].get(&FLICKER).unwrap();
     let shown = shown_change(&[7, 8]);
     assert!((flicker - shown).abs() <= 1e-12 * shown, "{flicker} {shown}");
 }
@@ -315,32 +298,31 @@ fn shown_change(seeds: &[u32]) -> f64 {
 
 #[test]
 fn finished_cells_are_kept_and_others_measured() {
-    let desk = Desk::new();
+    let dir = BenchDir::new();
     let run = |more: &[&str]| {
-        desk.bench(&[&["--measure", "error", "--seeds", "2", "--frames", "3"], more].concat()).1
+        dir.bench(&[&["--measure", "error", "--seeds", "2", "--frames", "3"], more].concat()).stderr
     };
     assert!(run(&[]).contains("1 cells, 1 to measure"));
-    let whole = desk.results();
+    let whole = dir.results();
     let again = run(&[]);
     assert!(again.contains("1 cells, 0 to measure") && !again.contains("reference"), "{again}");
-    assert_eq!(desk.results(), whole);
+    assert_eq!(dir.results(), whole);
     // Other settings are other cells, beside those that are there.
     assert!(run(&["--history", "none,paper"]).contains("2 cells, 1 to measure"));
     assert!(run(&["--seed", "1"]).contains("1 cells, 1 to measure"));
-    let results = desk.results();
+    let results = dir.results();
     assert!(results.len() == 3 && results.iter().any(|result| result.cell.text(&HISTORY) == "paper"));
     // A result that is no result is named.
-    std::fs::write(store::file(&desk.path("out"), &whole[0].identity), "mine\n").unwrap();
+    std::fs::write(store::file(&dir.path("out"), &whole[0].identity), "mine\n").unwrap();
     assert!(run(&[]).contains("1 cells, 1 to measure"));
-    assert_eq!(desk.results().len(), 3);
+    assert_eq!(dir.results().len(), 3);
 }
 
 #[test]
 fn without_a_folder_there_is_a_table_only() {
-    let desk = Desk::new();
+    let dir = BenchDir::new();
     let run = ["--frames", "2", "--radius-px", "1,2", "--max-bounces", "3,5", "--json"];
-    let (code, stdout, stderr) = desk.try_bench(&run);
-    assert_eq!(code, 0, "{stderr}");
+    let stdout = dir.try_bench(&run).expect_success(&run).stdout;
     let results: Vec<CellResult> = serde_json::from_str(&stdout).unwrap();
     let bounces = |result: &CellResult| result.cell.number(&MAX_BOUNCES);
     let mut settings: Vec<_> =
@@ -356,24 +338,24 @@ fn without_a_folder_there_is_a_table_only() {
             .rays
     };
     assert!(rays(5.0) > rays(3.0), "each cell has its own settings");
-    let left = desk.0.path().read_dir().unwrap().count();
+    let left = dir.0.folder().read_dir().unwrap().count();
     assert_eq!(left, 0);
 }
 
 #[test]
 fn a_gather_that_a_runner_lacks_is_skipped_among_others_and_an_error_alone() {
-    let desk = Desk::new();
-    let run = |gather: &str| desk.try_bench(&["--frames", "1", "--gather", gather]);
-    let (code, stdout, stderr) = run("points-rt,photons-grid");
-    assert!(code == 0 && stderr.contains("points-rt needs ray queries"), "{stderr}");
+    let dir = BenchDir::new();
+    let run = |gather: &str| dir.try_bench(&["--frames", "1", "--gather", gather]);
+    let Run { code, stdout, stderr } = run("points-rt,photons-grid");
+    assert!(code == Some(0) && stderr.contains("points-rt needs ray queries"), "{stderr}");
     assert!(stdout.contains("basic-none") && !stdout.contains("points_rt"), "{stdout}");
-    let (code, _, stderr) = run("points-rt");
-    assert!(code == 2 && stderr.contains("points-rt"), "{stderr}");
+    let Run { code, stderr, .. } = run("points-rt");
+    assert!(code == Some(2) && stderr.contains("points-rt"), "{stderr}");
 }
 
 #[test]
 fn what_cannot_be_measured_is_a_usage_error() {
-    let desk = Desk::new();
+    let dir = BenchDir::new();
     let base = ["bench", "mirror-room", "--runner", "cpu", "-o", "out"];
     let error = ["--measure", "error"];
     for (options, named) in [
@@ -397,8 +379,8 @@ fn what_cannot_be_measured_is_a_usage_error() {
         (&["--connections", "power"], "--connections is called --light-sampler now"),
         (&["--tree-quality", "fast"], "--tree-quality is called --bvh-quality now"),
     ] {
-        let (code, _, stderr) = desk.run(&[&base, options].concat());
-        assert!(code == 2 && stderr.contains(named), "{options:?}: {code} {stderr}");
+        let arguments = [&base, options].concat();
+        dir.run(&arguments).expect_refusal(&arguments, 2, &[named]);
     }
-    assert!(!desk.path("out").exists());
+    assert!(!dir.path("out").exists());
 }

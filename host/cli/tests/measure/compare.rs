@@ -1,32 +1,25 @@
 //! `caustics compare` from outside: what it prints, how it ends, and what it refuses.
 
-use std::path::PathBuf;
-use std::time::Duration;
-
-use assert_cmd::Command;
 use caustics::metric::METRICS;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, WritableImage,
 };
 use serde_json::Value;
-use tempfile::TempDir;
+
+use crate::test_dir::{BINARY, Run, TestDir};
 
 /// An image to be: a layer's name and its value at each pixel.
 type Layers<'a> = &'a [(&'a str, &'a dyn Fn(usize, usize) -> [f32; 3])];
 
-/// A folder with images of one size.
-struct Desk {
-    folder: TempDir,
+/// Folder with images of one size.
+struct ImageDir {
+    dir: TestDir,
     size: (usize, usize),
 }
 
-impl Desk {
-    fn new(width: usize, height: usize) -> Desk {
-        Desk { folder: tempfile::tempdir().unwrap(), size: (width, height) }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+impl ImageDir {
+    fn new(width: usize, height: usize) -> ImageDir {
+        ImageDir { dir: TestDir::new(), size: (width, height) }
     }
 
     /// Writes an EXR file; the beauty layer's name is empty.
@@ -44,39 +37,30 @@ impl Desk {
         }
         let attributes = LayerAttributes::default();
         let layer = Layer::new(self.size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels));
-        Image::from_layer(layer).write().to_file(self.path(name)).unwrap();
+        Image::from_layer(layer).write().to_file(self.dir.path(name)).unwrap();
         self
     }
 
-    /// Runs in the folder: exit code, stdout, stderr.
-    fn compare(&self, arguments: &[&str]) -> (i32, String, String) {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-        command.current_dir(self.folder.path()).timeout(Duration::from_secs(120));
-        let output = command.arg("compare").args(arguments).output().unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-        (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    /// Runs `caustics compare`.
+    fn compare(&self, arguments: &[&str]) -> Run {
+        self.dir.run(&[&["compare"], arguments].concat())
     }
 
-    /// The report of a run that must succeed.
+    /// Returns the report of a run, which must succeed.
     #[track_caller]
     fn report(&self, arguments: &[&str]) -> Value {
-        let (code, out, err) = self.compare(&[arguments, &["--json"]].concat());
-        assert_eq!(code, 0, "{err}");
-        serde_json::from_str(&out).unwrap()
+        self.compare(&[arguments, &["--json"]].concat()).expect_success(arguments).json()
     }
 
-    /// Demands a refusal with these words, without a word on stdout and without a new file.
+    /// Runs `caustics compare`, which must refuse with these words, print nothing to stdout and leave no file.
     #[track_caller]
     fn refuses(&self, arguments: &[&str], code: i32, words: &[&str]) {
-        let before = self.folder.path().read_dir().unwrap().count();
-        let (found, out, err) = self.compare(arguments);
-        assert_eq!(found, code, "{arguments:?}: {err}");
-        assert!(
-            err.starts_with("error: ") && words.iter().all(|word| err.contains(word)),
-            "{words:?}: {err}"
-        );
-        assert!(out.is_empty());
-        assert_eq!(self.folder.path().read_dir().unwrap().count(), before, "{arguments:?}");
+        let before = self.dir.folder().read_dir().unwrap().count();
+        let run = self.compare(arguments);
+        run.expect_refusal(arguments, code, words);
+        assert!(run.stderr.starts_with("error: "), "{words:?}: {}", run.stderr);
+        assert!(run.stdout.is_empty());
+        assert_eq!(self.dir.folder().read_dir().unwrap().count(), before, "{arguments:?}");
     }
 }
 
@@ -103,9 +87,9 @@ fn noisy(value: f32, seed: u32) -> impl Fn(usize, usize) -> [f32; 3] {
 
 #[test]
 fn every_metric_is_reported_with_its_value_or_the_reason() {
-    let desk = Desk::new(20, 12);
-    desk.write("a.exr", &[("", &grey(3.0))]).write("b.exr", &[("", &grey(2.0))]);
-    let report = desk.report(&["a.exr", "b.exr"]);
+    let images = ImageDir::new(20, 12);
+    images.write("a.exr", &[("", &grey(3.0))]).write("b.exr", &[("", &grey(2.0))]);
+    let report = images.report(&["a.exr", "b.exr"]);
     let metrics = report["metrics"].as_object().unwrap();
     for name in METRICS.iter().map(|metric| metric.name) {
         assert!(metrics.contains_key(name), "{name}");
@@ -122,8 +106,8 @@ fn every_metric_is_reported_with_its_value_or_the_reason() {
     assert_eq!(report["region"], serde_json::json!({ "x": 0, "y": 0, "width": 20, "height": 12 }));
 
     // A table for a person has the same names.
-    let (code, table, _) = desk.compare(&["a.exr", "b.exr"]);
-    assert_eq!(code, 0);
+    let Run { code, stdout: table, .. } = images.compare(&["a.exr", "b.exr"]);
+    assert_eq!(code, Some(0));
     for (line, metric) in table.lines().zip(METRICS) {
         assert!(line.starts_with(metric.name), "{line}");
     }
@@ -132,9 +116,9 @@ fn every_metric_is_reported_with_its_value_or_the_reason() {
 
 #[test]
 fn equal_pictures_have_no_error() {
-    let desk = Desk::new(33, 17);
-    desk.write("a.exr", &[("", &noisy(1.0, 0))]);
-    let metrics = &desk.report(&["a.exr", "a.exr"])["metrics"];
+    let images = ImageDir::new(33, 17);
+    images.write("a.exr", &[("", &noisy(1.0, 0))]);
+    let metrics = &images.report(&["a.exr", "a.exr"])["metrics"];
     for name in ["flip_ldr", "flip_hdr", "relmse", "relmse_p999", "mse", "smape", "energy_error"] {
         assert_eq!(metrics[name], 0.0, "{name}");
     }
@@ -142,53 +126,57 @@ fn equal_pictures_have_no_error() {
 
 #[test]
 fn limits_decide_the_exit_code() {
-    let desk = Desk::new(9, 9);
-    desk.write("a.exr", &[("", &grey(3.0))]).write("b.exr", &[("", &grey(2.0))]);
+    let images = ImageDir::new(9, 9);
+    images.write("a.exr", &[("", &grey(3.0))]).write("b.exr", &[("", &grey(2.0))]);
     let run = |limits: &[&str]| {
         let limits: Vec<_> = limits.iter().flat_map(|limit| ["--fail-above", limit]).collect();
-        desk.compare(&[&["a.exr", "b.exr", "--json"], &limits[..]].concat())
+        images.compare(&[&["a.exr", "b.exr", "--json"], &limits[..]].concat())
     };
-    assert_eq!(run(&["mse=1.001", "relmse=0.25", "energy_ratio=1.5"]).0, 0);
-    let (code, out, err) = run(&["relmse=0.25", "mse=0.999"]);
-    assert_eq!(code, 3);
-    assert!(err.contains("failed: mse is 1.000000, above 0.999") && !err.contains("relmse"), "{err}");
-    let report: Value = serde_json::from_str(&out).unwrap();
-    assert_eq!(report["failed"].as_array().unwrap().len(), 1);
+    assert_eq!(run(&["mse=1.001", "relmse=0.25", "energy_ratio=1.5"]).code, Some(0));
+    let failed = run(&["relmse=0.25", "mse=0.999"]);
+    assert_eq!(failed.code, Some(3));
+    let stderr = &failed.stderr;
+    assert!(
+        stderr.contains("failed: mse is 1.000000, above 0.999") && !stderr.contains("relmse"),
+        "{stderr}"
+    );
+    assert_eq!(failed.json()["failed"].as_array().unwrap().len(), 1);
     // What has no value is not below a limit.
-    let (code, _, err) = run(&["z_surprise=3"]);
-    assert_eq!(code, 3);
-    assert!(err.contains("z_surprise has no value") && err.contains("variance"), "{err}");
+    let Run { code, stderr, .. } = run(&["z_surprise=3"]);
+    assert_eq!(code, Some(3));
+    assert!(stderr.contains("z_surprise has no value") && stderr.contains("variance"), "{stderr}");
 }
 
 #[test]
 fn pixels_that_are_not_finite_are_counted_and_fail() {
-    let desk = Desk::new(10, 10);
+    let images = ImageDir::new(10, 10);
     let holes = |x: usize, y: usize| if y == 3 && x < 4 { [1.0, f32::NAN, 1.0] } else { [1.0; 3] };
-    desk.write("a.exr", &[("", &holes)]).write("b.exr", &[("", &grey(1.0))]);
-    let (code, out, err) = desk.compare(&["a.exr", "b.exr", "--json"]);
-    let report: Value = serde_json::from_str(&out).unwrap();
-    assert_eq!(code, 0);
-    assert!(err.contains("a.exr: 4 pixels"), "{err}");
+    images.write("a.exr", &[("", &holes)]).write("b.exr", &[("", &grey(1.0))]);
+    let run = images.compare(&["a.exr", "b.exr", "--json"]);
+    let report = run.json();
+    assert_eq!(run.code, Some(0));
+    assert!(run.stderr.contains("a.exr: 4 pixels"), "{}", run.stderr);
     assert_eq!(report["non_finite_px"], serde_json::json!({ "images": [4], "reference": 0 }));
     assert!(report["metrics"].as_object().unwrap().values().all(Value::is_null));
-    assert_eq!(desk.compare(&["a.exr", "b.exr", "--fail-above", "mse=1e30"]).0, 3);
-    assert_eq!(desk.compare(&["b.exr", "a.exr", "--fail-above", "flip_hdr=1"]).0, 3);
+    assert_eq!(images.compare(&["a.exr", "b.exr", "--fail-above", "mse=1e30"]).code, Some(3));
+    assert_eq!(images.compare(&["b.exr", "a.exr", "--fail-above", "flip_hdr=1"]).code, Some(3));
     // No map, and a word about it.
-    let (_, _, err) = desk.compare(&["a.exr", "b.exr", "--map", "map.png"]);
-    assert!(err.contains("no map is written") && !desk.path("map.png").exists(), "{err}");
+    let Run { code, stderr, .. } = images.compare(&["a.exr", "b.exr", "--map", "map.png"]);
+    assert!(code.is_some() && stderr.contains("no map is written"), "{stderr}");
+    assert!(!images.dir.path("map.png").exists(), "{stderr}");
     // Outside of the region they do no harm.
-    let metrics = &desk.report(&["a.exr", "b.exr", "--region", "0,4,10,6"])["metrics"];
+    let metrics = &images.report(&["a.exr", "b.exr", "--region", "0,4,10,6"])["metrics"];
     assert_eq!(metrics["mse"], 0.0);
 }
 
 #[test]
 fn regions_and_layers_are_cut_out() {
-    let desk = Desk::new(16, 8);
+    let images = ImageDir::new(16, 8);
     let half = |x: usize, _: usize| if x < 4 { [5.0; 3] } else { [1.0; 3] };
-    desk.write("a.exr", &[("", &half), ("caustics", &grey(4.0)), ("path", &grey(1.0))]);
-    desk.write("b.exr", &[("", &grey(1.0)), ("caustics", &grey(2.0)), ("path", &grey(1.0))]);
+    images.write("a.exr", &[("", &half), ("caustics", &grey(4.0)), ("path", &grey(1.0))]);
+    images.write("b.exr", &[("", &grey(1.0)), ("caustics", &grey(2.0)), ("path", &grey(1.0))]);
     let mse = |options: &[&str]| {
-        let report = desk.report(&[&["a.exr", "b.exr"], options].concat());
+        let report = images.report(&[&["a.exr", "b.exr"], options].concat());
         report["metrics"]["mse"].as_f64().unwrap()
     };
     assert_eq!(mse(&[]), 4.0);
@@ -202,19 +190,19 @@ fn regions_and_layers_are_cut_out() {
 
 #[test]
 fn runs_split_the_error_and_the_z_test_tells_noise_from_bias() {
-    let desk = Desk::new(64, 48);
+    let images = ImageDir::new(64, 48);
     // Uniform noise of +-0.3 has a variance of 0.03; that of the reference is a quarter of it in deviation.
     let reference = |x: usize, y: usize| [1.0 + 0.075 * noise(1000)(x, y); 3];
-    desk.write("reference.exr", &[("", &reference), ("variance", &grey(0.03 / 16.0))]);
+    images.write("reference.exr", &[("", &reference), ("variance", &grey(0.03 / 16.0))]);
     let names: Vec<String> = (0..8).map(|seed| format!("{seed}.exr")).collect();
     let report = |gain: f32, options: &[&str]| {
         for (seed, name) in names.iter().enumerate() {
             // Every second seed, so that runs are independent.
-            desk.write(name, &[("", &noisy(gain, 2 * seed as u32))]);
+            images.write(name, &[("", &noisy(gain, 2 * seed as u32))]);
         }
         let mut files: Vec<&str> = names.iter().map(String::as_str).collect();
         files.push("reference.exr");
-        desk.report(&[&files, options].concat())
+        images.report(&[&files, options].concat())
     };
     let same = report(1.0, &[]);
     let metrics = &same["metrics"];
@@ -237,20 +225,20 @@ fn runs_split_the_error_and_the_z_test_tells_noise_from_bias() {
     assert!(get(&brighter["metrics"], "z_image") > 4.0, "{brighter}");
 
     // One image with its variance will do, too.
-    desk.write("one.exr", &[("", &noisy(1.02, 0)), ("variance", &grey(0.03))]);
+    images.write("one.exr", &[("", &noisy(1.02, 0)), ("variance", &grey(0.03))]);
     let arguments = ["one.exr", "reference.exr", "--fail-above", "z_image=4"];
-    assert_eq!(desk.compare(&arguments).0, 3);
-    desk.write("one.exr", &[("", &noisy(1.0, 0)), ("variance", &grey(0.03))]);
-    assert_eq!(desk.compare(&arguments).0, 0);
+    assert_eq!(images.compare(&arguments).code, Some(3));
+    images.write("one.exr", &[("", &noisy(1.0, 0)), ("variance", &grey(0.03))]);
+    assert_eq!(images.compare(&arguments).code, Some(0));
 }
 
 #[test]
 fn maps_show_where_the_error_is() {
-    let desk = Desk::new(48, 32);
+    let images = ImageDir::new(48, 32);
     let spot = |x: usize, y: usize| if x.abs_diff(36) < 3 && y.abs_diff(8) < 3 { [2.0; 3] } else { [0.5; 3] };
-    desk.write("a.exr", &[("", &spot)]).write("b.exr", &[("", &grey(0.5))]);
-    desk.report(&["a.exr", "b.exr", "--map", "map.png"]);
-    let map = image::open(desk.path("map.png")).unwrap().into_rgb8();
+    images.write("a.exr", &[("", &spot)]).write("b.exr", &[("", &grey(0.5))]);
+    images.report(&["a.exr", "b.exr", "--map", "map.png"]);
+    let map = image::open(images.dir.path("map.png")).unwrap().into_rgb8();
     assert_eq!(map.dimensions(), (48, 32));
     // Magma begins with black and grows lighter; the filters reach 10 pixels.
     assert_eq!(map.get_pixel(2, 28).0, [0, 0, 4]);
@@ -261,31 +249,27 @@ fn maps_show_where_the_error_is() {
     assert!(light(map.get_pixel(36, 8)) > 200, "{:?}", map.get_pixel(36, 8));
 
     // That of a region has its size.
-    desk.report(&["a.exr", "b.exr", "--map", "part.png", "--region", "30,2,12,9"]);
-    assert_eq!(image::open(desk.path("part.png")).unwrap().into_rgb8().dimensions(), (12, 9));
+    images.report(&["a.exr", "b.exr", "--map", "part.png", "--region", "30,2,12,9"]);
+    assert_eq!(image::open(images.dir.path("part.png")).unwrap().into_rgb8().dimensions(), (12, 9));
 
     // Nothing is overwritten without --force, and no image that is compared ever.
-    desk.refuses(&["a.exr", "b.exr", "--map", "map.png"], 2, &["map.png", "--force"]);
-    desk.report(&["a.exr", "b.exr", "--map", "map.png", "--force"]);
-    desk.refuses(&["a.exr", "b.exr", "--map", "./b.exr", "--force"], 2, &["--map", "b.exr"]);
-    desk.refuses(&["a.exr", "b.exr", "--map", "no/map.png"], 1, &["no/map.png"]);
-    desk.refuses(&["a.exr", "b.exr", "--map", "."], 2, &["--map", "folder"]);
+    images.refuses(&["a.exr", "b.exr", "--map", "map.png"], 2, &["map.png", "--force"]);
+    images.report(&["a.exr", "b.exr", "--map", "map.png", "--force"]);
+    images.refuses(&["a.exr", "b.exr", "--map", "./b.exr", "--force"], 2, &["--map", "b.exr"]);
+    images.refuses(&["a.exr", "b.exr", "--map", "no/map.png"], 1, &["no/map.png"]);
+    images.refuses(&["a.exr", "b.exr", "--map", "."], 2, &["--map", "folder"]);
 }
 
 #[test]
 fn rendered_pictures_are_compared_as_exr_and_as_png() {
-    let desk = Desk::new(0, 0);
+    let images = ImageDir::new(0, 0);
     for (seed, name) in [("1", "a"), ("2", "b")] {
         let (exr, png) = (format!("{name}.exr"), format!("{name}.png"));
-        let output = Command::new(env!("CARGO_BIN_EXE_caustics"))
-            .current_dir(desk.folder.path())
-            .args(["render", "mirror-room", "--width", "64", "--height", "36", "--light-paths", "20000"])
-            .args(["--runner", "cpu", "--seed", seed, "-o", &exr, "--png", &png])
-            .output()
-            .unwrap();
-        assert!(output.status.success());
+        let size = ["--width", "64", "--height", "36", "--light-paths", "20000", "--runner", "cpu"];
+        let files = ["--seed", seed, "-o", &exr, "--png", &png];
+        images.dir.succeeds(&[&["render", "mirror-room"], &size[..], &files].concat());
     }
-    let (linear, display) = (desk.report(&["a.exr", "b.exr"]), desk.report(&["a.png", "b.png"]));
+    let (linear, display) = (images.report(&["a.exr", "b.exr"]), images.report(&["a.png", "b.png"]));
     let flip = |report: &Value| report["metrics"]["flip_ldr"].as_f64().unwrap();
     println!("flip_ldr {} of EXR, {} of PNG", flip(&linear), flip(&display));
     // The PNG is rounded to bytes: a step of grey alone is 0.03 (see flip.rs of the crate caustics-tests).
@@ -294,54 +278,54 @@ fn rendered_pictures_are_compared_as_exr_and_as_png() {
     assert!(display["unavailable"]["flip_hdr"].as_str().unwrap().contains("EXR"));
     for layer in ["path", "caustics"] {
         assert!(
-            desk.report(&["a.exr", "b.exr", "--layer", layer])["metrics"]["relmse"].as_f64().unwrap() > 0.0
+            images.report(&["a.exr", "b.exr", "--layer", layer])["metrics"]["relmse"].as_f64().unwrap() > 0.0
         );
     }
-    desk.refuses(&["a.png", "b.exr"], 2, &["a.png", "b.exr", "two of a kind"]);
+    images.refuses(&["a.png", "b.exr"], 2, &["a.png", "b.exr", "two of a kind"]);
 }
 
 #[test]
 fn what_cannot_be_compared_is_refused() {
-    let mut desk = Desk::new(9, 6);
-    desk.write("wide.exr", &[("", &grey(1.0))]);
-    desk.size = (8, 6);
-    desk.write("a.exr", &[("", &grey(1.0)), ("path", &grey(1.0))]).write("plain.exr", &[("", &grey(1.0))]);
-    desk.refuses(&["a.exr"], 2, &["REFERENCE"]);
-    desk.refuses(&["a.exr", "none.exr"], 1, &["none.exr", "check the path"]);
-    std::fs::write(desk.path("text.exr"), "hello").unwrap();
-    desk.refuses(&["a.exr", "text.exr"], 1, &["text.exr", "EXR"]);
-    desk.refuses(&["wide.exr", "a.exr"], 2, &["wide.exr has 9x6", "a.exr 8x6"]);
-    desk.refuses(&["a.exr", "plain.exr", "--layer", "path"], 2, &["--layer path", "plain.exr", "beauty"]);
-    desk.refuses(&["a.exr", "a.exr", "--layer", "nothing"], 2, &["--layer nothing", "beauty, path"]);
-    desk.refuses(&["a.exr", "a.exr", "--region", "5,0,4,6"], 2, &["--region 5,0,4,6", "8x6", "a.exr"]);
+    let mut images = ImageDir::new(9, 6);
+    images.write("wide.exr", &[("", &grey(1.0))]);
+    images.size = (8, 6);
+    images.write("a.exr", &[("", &grey(1.0)), ("path", &grey(1.0))]).write("plain.exr", &[("", &grey(1.0))]);
+    images.refuses(&["a.exr"], 2, &["REFERENCE"]);
+    images.refuses(&["a.exr", "none.exr"], 1, &["none.exr", "check the path"]);
+    images.dir.write("text.exr", "hello");
+    images.refuses(&["a.exr", "text.exr"], 1, &["text.exr", "EXR"]);
+    images.refuses(&["wide.exr", "a.exr"], 2, &["wide.exr has 9x6", "a.exr 8x6"]);
+    images.refuses(&["a.exr", "plain.exr", "--layer", "path"], 2, &["--layer path", "plain.exr", "beauty"]);
+    images.refuses(&["a.exr", "a.exr", "--layer", "nothing"], 2, &["--layer nothing", "beauty, path"]);
+    images.refuses(&["a.exr", "a.exr", "--region", "5,0,4,6"], 2, &["--region 5,0,4,6", "8x6", "a.exr"]);
     for region in ["1,1,0,4", "1,1,2", "a,b,c,d", "-1,0,2,2", "1,1,2,2,2"] {
         let region = format!("--region={region}");
-        desk.refuses(&["a.exr", "a.exr", &region], 2, &["--region"]);
+        images.refuses(&["a.exr", "a.exr", &region], 2, &["--region"]);
     }
     for limit in ["mse", "mse=", "mse=NaN", "mse=inf", "speed=3"] {
-        desk.refuses(&["a.exr", "a.exr", "--fail-above", limit], 2, &["--fail-above"]);
+        images.refuses(&["a.exr", "a.exr", "--fail-above", limit], 2, &["--fail-above"]);
     }
-    desk.refuses(&["a.exr", "a.exr", "--fail-above", "speed=3"], 2, &["speed", "relmse_p999"]);
+    images.refuses(&["a.exr", "a.exr", "--fail-above", "speed=3"], 2, &["speed", "relmse_p999"]);
     for value in ["0", "NaN", "-3", "1e9"] {
-        desk.refuses(&["a.exr", "a.exr", "--pixels-per-degree", value], 2, &["--pixels-per-degree"]);
+        images.refuses(&["a.exr", "a.exr", "--pixels-per-degree", value], 2, &["--pixels-per-degree"]);
     }
-    desk.refuses(&["a.exr", "a.exr", "--exposure", "NaN"], 2, &["--exposure"]);
+    images.refuses(&["a.exr", "a.exr", "--exposure", "NaN"], 2, &["--exposure"]);
 }
 
 #[test]
 fn help_opens_with_examples() {
-    let desk = Desk::new(1, 1);
-    let (code, out, _) = desk.compare(&["--help"]);
-    assert!(code == 0 && out.starts_with("Examples:"), "{out}");
+    let images = ImageDir::new(1, 1);
+    let Run { code, stdout, .. } = images.compare(&["--help"]);
+    assert!(code == Some(0) && stdout.starts_with("Examples:"), "{stdout}");
 }
 
 #[test]
 fn a_reader_that_has_seen_enough_is_no_failure() {
-    let desk = Desk::new(5, 5);
-    desk.write("a.exr", &[("", &grey(1.0))]);
+    let images = ImageDir::new(5, 5);
+    images.write("a.exr", &[("", &grey(1.0))]);
     for options in [&[][..], &["--json"]] {
-        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_caustics"))
-            .current_dir(desk.folder.path())
+        let mut child = std::process::Command::new(BINARY)
+            .current_dir(images.dir.folder())
             .args([&["compare", "a.exr", "a.exr"], options].concat())
             .stdout(std::process::Stdio::piped())
             .stderr(std::process::Stdio::piped())

@@ -4,45 +4,29 @@ mod fixture;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use assert_cmd::Command;
 use caustics_bench::error::{FLIP, FLIP_CAUSTICS, RELMSE};
 use caustics_bench::parameter::METHOD;
 use caustics_bench::result::CellResult;
 use scraper::{Html, Selector};
-use tempfile::TempDir;
 
-/// A folder with results.
-struct Desk(TempDir);
+use crate::test_dir::{BINARY, Run, TestDir};
 
-impl Desk {
-    fn new() -> Desk {
-        Desk(tempfile::tempdir().unwrap())
-    }
+/// Runs `caustics report`, which must print nothing to stdout.
+fn report(dir: &TestDir, arguments: &[&str]) -> Run {
+    let run = dir.run(&[&["report"], arguments].concat());
+    assert!(run.stdout.is_empty());
+    run
+}
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// Runs in the folder: exit code, stderr. Nothing goes to stdout.
-    fn report(&self, arguments: &[&str]) -> (i32, String) {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-        command.current_dir(self.0.path()).timeout(Duration::from_secs(120));
-        let output = command.arg("report").args(arguments).output().unwrap();
-        assert!(output.stdout.is_empty());
-        (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
-    }
-
-    /// The page of a run that must succeed.
-    #[track_caller]
-    fn page(&self, arguments: &[&str]) -> (String, Html) {
-        let (code, stderr) = self.report(&[arguments, &["-o", "report.html"]].concat());
-        assert_eq!(code, 0, "{stderr}");
-        let text = std::fs::read_to_string(self.path("report.html")).unwrap();
-        let page = Html::parse_document(&text);
-        (text, page)
-    }
+/// Makes the page `report.html` and returns its text and its document. The run must succeed.
+#[track_caller]
+fn write_page(dir: &TestDir, arguments: &[&str]) -> (String, Html) {
+    report(dir, &[arguments, &["-o", "report.html"]].concat()).expect_success(arguments);
+    let text = std::fs::read_to_string(dir.path("report.html")).unwrap();
+    let page = Html::parse_document(&text);
+    (text, page)
 }
 
 fn select<'a>(page: &'a Html, selector: &str) -> Vec<scraper::ElementRef<'a>> {
@@ -61,9 +45,9 @@ fn rows(path: &Path) -> Vec<BTreeMap<String, String>> {
 /// Nothing is loaded from anywhere, and every image is in the page once.
 #[test]
 fn the_page_needs_nothing_but_itself() {
-    let desk = Desk::new();
-    fixture::write(&desk.path("results"));
-    let (text, page) = desk.page(&["results"]);
+    let dir = TestDir::new();
+    fixture::write(&dir.path("results"));
+    let (text, page) = write_page(&dir, &["results"]);
     assert!(
         !text.contains("http:") && !text.contains("https:") && !text.contains("url("),
         "the page points elsewhere"
@@ -84,9 +68,9 @@ fn the_page_needs_nothing_but_itself() {
 
 #[test]
 fn every_cell_is_in_its_charts_and_files() {
-    let desk = Desk::new();
-    let cells = fixture::write(&desk.path("results"));
-    let (_, page) = desk.page(&["results"]);
+    let dir = TestDir::new();
+    let cells = fixture::write(&dir.path("results"));
+    let (_, page) = write_page(&dir, &["results"]);
     for (slug, scene) in [("mirror-room", "mirror-room"), ("moving-b-glass", fixture::ROUGH)] {
         for (measure, value) in [
             ("flip", (|cell| cell.error.as_ref()?.get(&FLIP)) as fn(&CellResult) -> Option<f64>),
@@ -105,16 +89,16 @@ fn every_cell_is_in_its_charts_and_files() {
                 assert_eq!(drawn.len(), expected.len());
                 assert_eq!(drawn.into_iter().collect::<BTreeSet<_>>(), expected, "{slug} {measure} {size}");
             }
-            let rows = rows(&desk.path(&format!("report_files/{slug}-{measure}.csv")));
+            let rows = rows(&dir.path(&format!("report_files/{slug}-{measure}.csv")));
             let known: BTreeSet<&str> = rows.iter().map(|row| row["identity"].as_str()).collect();
             assert_eq!(known, expected);
         }
         assert!(select(&page, &format!("#scene-{slug} [data-chart=relmse-caustics]")).is_empty());
     }
     // No cell of the still scene has frames.
-    assert!(desk.path("report_files/moving-b-glass-frame-flip.svg").exists());
-    assert!(!desk.path("report_files/mirror-room-frame-flip.svg").exists());
-    let all = rows(&desk.path("report_files/cells.csv"));
+    assert!(dir.path("report_files/moving-b-glass-frame-flip.svg").exists());
+    assert!(!dir.path("report_files/mirror-room-frame-flip.svg").exists());
+    let all = rows(&dir.path("report_files/cells.csv"));
     assert_eq!(all.len(), cells.len());
     for cell in &cells {
         let row = all.iter().find(|row| row["identity"] == cell.identity).unwrap();
@@ -127,11 +111,11 @@ fn every_cell_is_in_its_charts_and_files() {
 
 #[test]
 fn figures_are_files_of_their_own_with_their_data() {
-    let desk = Desk::new();
-    fixture::write(&desk.path("results"));
-    desk.page(&["results"]);
+    let dir = TestDir::new();
+    fixture::write(&dir.path("results"));
+    write_page(&dir, &["results"]);
     let files: Vec<PathBuf> =
-        desk.path("report_files").read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
+        dir.path("report_files").read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
     let figures: Vec<&PathBuf> = files.iter().filter(|path| path.extension().unwrap() == "svg").collect();
     assert_eq!(
         figures.len(),
@@ -149,17 +133,17 @@ fn figures_are_files_of_their_own_with_their_data() {
         let data = path.with_extension("csv");
         assert!(rows(&data).len() > 1, "{}", data.display());
     }
-    let svg = std::fs::read_to_string(desk.path("report_files/mirror-room-flip.svg")).unwrap();
+    let svg = std::fs::read_to_string(dir.path("report_files/mirror-room-flip.svg")).unwrap();
     let legend = ["kim2019 · photons-grid", "basic + validated · points-grid", "path"];
     assert!(legend.iter().all(|name| svg.contains(&format!("<text x=\"24\" y=\"13\">{name}</text>"))));
 }
 
 #[test]
 fn names_are_text_and_never_markup() {
-    let desk = Desk::new();
-    fixture::write(&desk.path("results"));
+    let dir = TestDir::new();
+    fixture::write(&dir.path("results"));
     let title = "</title><script>alert(1)</script>";
-    let (text, page) = desk.page(&["results", "--title", title]);
+    let (text, page) = write_page(&dir, &["results", "--title", title]);
     assert_eq!(text_of(&page, "head > title"), title);
     assert_eq!(select(&page, "script").len(), 1, "a name became a script");
     assert_eq!(text_of(&page, "#scene-moving-b-glass > h2"), fixture::ROUGH);
@@ -169,13 +153,13 @@ fn names_are_text_and_never_markup() {
 
 #[test]
 fn a_hostile_commit_is_shown_as_text_and_in_no_command() {
-    let desk = Desk::new();
-    let mut cells = fixture::write(&desk.path("all"));
+    let dir = TestDir::new();
+    let mut cells = fixture::write(&dir.path("all"));
     let cell = &mut cells[0];
     for (commit, is_hash) in [("main; touch OWNED #\u{3}\u{1b}[201~", false), ("0123abc-dirty", true)] {
         cell.provenance.commit = commit.into();
-        fixture::save(&desk.path("-f $(touch OWNED)"), cell);
-        let (_, page) = desk.page(&["./-f $(touch OWNED)", "--force"]);
+        fixture::save(&dir.path("-f $(touch OWNED)"), cell);
+        let (_, page) = write_page(&dir, &["./-f $(touch OWNED)", "--force"]);
         let commands = text_of(&page, "#provenance pre");
         assert_eq!(commands.contains("git checkout 0123abc\n"), is_hash, "{commands}");
         assert!(commands.ends_with("caustics report './-f $(touch OWNED)' -o report.html"), "{commands}");
@@ -188,39 +172,39 @@ fn a_hostile_commit_is_shown_as_text_and_in_no_command() {
 
 #[test]
 fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
-    let desk = Desk::new();
-    let mut cells = fixture::write(&desk.path("whole"));
+    let dir = TestDir::new();
+    let mut cells = fixture::write(&dir.path("whole"));
     cells.retain(|cell| cell.cell.scene == "mirror-room" && cell.cell.text(&METHOD) != "path");
     let mut timed = cells[0].clone();
     timed.error = None;
-    fixture::save(&desk.path("timed"), &mut timed);
-    let (_, page) = desk.page(&["timed"]);
+    fixture::save(&dir.path("timed"), &mut timed);
+    let (_, page) = write_page(&dir, &["timed"]);
     assert!(select(&page, "[data-chart], .strip, .wipe, #features").is_empty());
     assert_eq!(select(&page, ".bar").len(), 2, "a bar for each width of window");
     assert!(!text_of(&page, "#scene-mirror-room th").contains("FLIP"));
 
     let mut seen = cells[3].clone();
     seen.time = None;
-    fixture::save(&desk.path("seen"), &mut seen);
-    let (_, page) = desk.page(&["seen", "--force"]);
+    fixture::save(&dir.path("seen"), &mut seen);
+    let (_, page) = write_page(&dir, &["seen", "--force"]);
     assert!(select(&page, ".chart, #features").is_empty());
     assert_eq!(select(&page, ".tile").len(), 2, "reference and image");
     assert_eq!(select(&page, ".wipe-box option").len(), 1);
 
     let mut both = cells[3].clone();
-    fixture::save(&desk.path("both"), &mut both);
-    let (_, page) = desk.page(&["both", "--force"]);
+    fixture::save(&dir.path("both"), &mut both);
+    let (_, page) = write_page(&dir, &["both", "--force"]);
     assert!(text_of(&page, "[data-chart=flip] .note").contains("no cell of method path"));
-    let (_, page) = desk.page(&["whole", "--force"]);
+    let (_, page) = write_page(&dir, &["whole", "--force"]);
     assert!(!text_of(&page, "[data-chart=flip] .note").contains("no cell of method path"));
 }
 
 #[test]
 fn parts_hold_the_data_they_are_about() {
-    let desk = Desk::new();
-    let cells = fixture::write(&desk.path("results"));
-    let (_, page) = desk.page(&["results"]);
-    let features = rows(&desk.path("report_files/features.csv"));
+    let dir = TestDir::new();
+    let cells = fixture::write(&dir.path("results"));
+    let (_, page) = write_page(&dir, &["results"]);
+    let features = rows(&dir.path("report_files/features.csv"));
     assert_eq!(features.len(), 4, "two pairs of two scenes");
     for row in &features {
         let [scene, all]: [f64; 2] = [&row["scene_ms"], &row["all_ms"]].map(|value| value.parse().unwrap());
@@ -228,7 +212,7 @@ fn parts_hold_the_data_they_are_about() {
     }
     let note = text_of(&page, "#features .note");
     assert!(note.contains("mirror-room does without ") && note.contains("metal"), "{note}");
-    let ratios = rows(&desk.path("report_files/mirror-room-ratios.csv"));
+    let ratios = rows(&dir.path("report_files/mirror-room-ratios.csv"));
     assert!(ratios.iter().any(|row| row["cell"].starts_with("kim2019") && row["time_ratio"] == "1"));
     let provenance = text_of(&page, "#provenance");
     for words in [
@@ -247,77 +231,70 @@ fn parts_hold_the_data_they_are_about() {
 
 #[test]
 fn what_cannot_be_read_or_written_is_named() {
-    let desk = Desk::new();
-    let cells = fixture::write(&desk.path("results"));
+    let dir = TestDir::new();
+    let cells = fixture::write(&dir.path("results"));
     #[track_caller]
-    fn refuses(desk: &Desk, arguments: &[&str], code: i32, words: &str) {
-        let before = desk.0.path().read_dir().unwrap().count();
-        let (found, stderr) = desk.report(arguments);
-        assert!(
-            found == code && stderr.starts_with("error: ") && stderr.contains(words),
-            "{found}: {stderr}"
-        );
-        assert_eq!(desk.0.path().read_dir().unwrap().count(), before, "a refused run left a file");
+    fn refuses(dir: &TestDir, arguments: &[&str], code: i32, words: &str) {
+        let before = dir.folder().read_dir().unwrap().count();
+        let run = report(dir, arguments);
+        run.expect_refusal(arguments, code, &[words]);
+        assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
+        assert_eq!(dir.folder().read_dir().unwrap().count(), before, "a refused run left a file");
     }
-    refuses(&desk, &["nowhere", "-o", "a.html"], 1, "nowhere");
-    refuses(&desk, &["results", "-o", "results"], 2, "name a file");
-    refuses(&desk, &["results", "-o", "nowhere/a.html"], 1, "nowhere");
+    refuses(&dir, &["nowhere", "-o", "a.html"], 1, "nowhere");
+    refuses(&dir, &["results", "-o", "results"], 2, "name a file");
+    refuses(&dir, &["results", "-o", "nowhere/a.html"], 1, "nowhere");
 
-    desk.page(&["results"]);
-    let first = std::fs::read(desk.path("report.html")).unwrap();
-    refuses(&desk, &["results", "-o", "report.html"], 2, "--force");
-    std::fs::remove_file(desk.path("report.html")).unwrap();
-    refuses(&desk, &["results", "-o", "report.html"], 2, ".csv exists");
-    desk.page(&["results", "--force"]);
-    assert_eq!(
-        std::fs::read(desk.path("report.html")).unwrap(),
-        first,
-        "the same results give the same page"
-    );
+    write_page(&dir, &["results"]);
+    let first = std::fs::read(dir.path("report.html")).unwrap();
+    refuses(&dir, &["results", "-o", "report.html"], 2, "--force");
+    std::fs::remove_file(dir.path("report.html")).unwrap();
+    refuses(&dir, &["results", "-o", "report.html"], 2, ".csv exists");
+    write_page(&dir, &["results", "--force"]);
+    assert_eq!(std::fs::read(dir.path("report.html")).unwrap(), first, "the same results give the same page");
 
     let image = cells[7].error.as_ref().unwrap().image.clone().unwrap();
-    let missing = desk.path("results/cells").join(image);
+    let missing = dir.path("results/cells").join(image);
     let bytes = std::fs::read(&missing).unwrap();
     std::fs::write(&missing, &bytes[..bytes.len() / 2]).unwrap();
-    refuses(&desk, &["results", "-o", "b.html"], 1, missing.file_name().unwrap().to_str().unwrap());
+    refuses(&dir, &["results", "-o", "b.html"], 1, missing.file_name().unwrap().to_str().unwrap());
     std::fs::remove_file(&missing).unwrap();
-    let (code, stderr) = desk.report(&["results", "-o", "b.html"]);
-    assert!(code == 0 && stderr.contains("is missing"), "{stderr}");
+    let Run { code, stderr, .. } = report(&dir, &["results", "-o", "b.html"]);
+    assert!(code == Some(0) && stderr.contains("is missing"), "{stderr}");
 
-    let damaged = desk.path("results/cells/damaged.json");
-    std::fs::write(&damaged, "{\"identity\": 3}").unwrap();
-    refuses(&desk, &["results", "-o", "c.html"], 1, "damaged.json");
+    dir.write("results/cells/damaged.json", "{\"identity\": 3}");
+    refuses(&dir, &["results", "-o", "c.html"], 1, "damaged.json");
 }
 
 #[test]
 fn a_picture_from_elsewhere_is_not_shown() {
-    let desk = Desk::new();
-    let cells = fixture::write(&desk.path("results"));
+    let dir = TestDir::new();
+    let cells = fixture::write(&dir.path("results"));
     let mut cell = cells[3].clone();
-    fixture::save(&desk.path("one"), &mut cell);
+    fixture::save(&dir.path("one"), &mut cell);
     let image = cell.error.as_mut().unwrap().image.as_mut().unwrap();
     *image = format!("../../results/cells/{image}");
-    let file = desk.path("one/cells").join(format!("{}.json", cell.identity));
+    let file = dir.path("one/cells").join(format!("{}.json", cell.identity));
     std::fs::write(file, serde_json::to_vec(&cell).unwrap()).unwrap();
-    let (code, stderr) = desk.report(&["one", "-o", "a.html"]);
-    assert!(code == 1 && stderr.contains(&cell.identity) && stderr.contains("image"), "{stderr}");
-    assert!(!desk.path("a.html").exists());
+    let one = ["one", "-o", "a.html"];
+    report(&dir, &one).expect_refusal(&one, 1, &[&cell.identity, "image"]);
+    assert!(!dir.path("a.html").exists());
 }
 
 #[test]
 fn names_and_numbers_at_the_end_of_what_there_is_are_drawn() {
-    let desk = Desk::new();
-    let cells = fixture::write(&desk.path("all"));
+    let dir = TestDir::new();
+    let cells = fixture::write(&dir.path("all"));
     let name = format!("{}\u{1}\u{7}", "long".repeat(100));
     for (cell, relmse) in cells[3..6].iter().zip([1e-300, 5e-324, 1e300]) {
         let mut cell = cell.clone();
         cell.cell.scene.clone_from(&name);
         cell.error.as_mut().unwrap().values.insert(RELMSE.key.into(), Some(relmse));
-        fixture::save(&desk.path("results"), &mut cell);
+        fixture::save(&dir.path("results"), &mut cell);
     }
-    desk.page(&["results"]);
+    write_page(&dir, &["results"]);
     let mut count = 0;
-    for entry in desk.path("report_files").read_dir().unwrap() {
+    for entry in dir.path("report_files").read_dir().unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "svg") {
             let text = std::fs::read_to_string(&path).unwrap();
@@ -330,26 +307,26 @@ fn names_and_numbers_at_the_end_of_what_there_is_are_drawn() {
 
 #[test]
 fn what_differs_from_a_baseline_is_in_a_table_and_all_scenes_are_on_top() {
-    let desk = Desk::new();
-    let mut cells = fixture::write(&desk.path("after"));
-    fixture::write(&desk.path("before"));
+    let dir = TestDir::new();
+    let mut cells = fixture::write(&dir.path("after"));
+    fixture::write(&dir.path("before"));
     let changed = &mut cells[0];
     let flip = changed.error.as_ref().unwrap().get(&FLIP).unwrap();
     let error = changed.error.as_mut().unwrap();
     error.values.insert(FLIP.key.into(), Some(2.0 * flip));
     let identity = changed.identity.clone();
-    fixture::save(&desk.path("after"), changed);
-    let (_, page) = desk.page(&["after", "--baseline", "before"]);
+    fixture::save(&dir.path("after"), changed);
+    let (_, page) = write_page(&dir, &["after", "--baseline", "before"]);
     let sections: Vec<&str> =
         select(&page, "main > section").iter().map(|node| node.attr("id").unwrap()).collect();
     assert_eq!(sections[..2], ["overview", "baseline"]);
     assert!(text_of(&page, "#overview .note").contains("held against"));
-    let changes = rows(&desk.path("report_files/baseline.csv"));
+    let changes = rows(&dir.path("report_files/baseline.csv"));
     let differ: Vec<_> = changes.iter().filter(|row| row["verdict"] != "the same").collect();
     assert_eq!(differ.len(), 1, "{identity}: {differ:?}");
     assert!(differ[0]["measure"] == "FLIP" && differ[0]["ratio"] == "2", "{differ:?}");
-    let (code, stderr) = desk.report(&["after", "--baseline", "nowhere", "-o", "other.html"]);
-    assert!(code == 1 && stderr.contains("nowhere"), "{code} {stderr}");
+    let nowhere = ["after", "--baseline", "nowhere", "-o", "other.html"];
+    report(&dir, &nowhere).expect_refusal(&nowhere, 1, &["nowhere"]);
 }
 
 /// Leaves a report for `.ci/report-browser`, which opens it in a browser.
@@ -358,7 +335,7 @@ fn what_differs_from_a_baseline_is_in_a_table_and_all_scenes_are_on_top() {
 fn leaves_a_report() {
     let folder = PathBuf::from(std::env::var_os("CAUSTICS_REPORT").expect("set CAUSTICS_REPORT to a folder"));
     fixture::write(&folder.join("results"));
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
+    let mut command = Command::new(BINARY);
     let arguments = ["report", "results", "-o", "report.html", "--force"];
     command.current_dir(folder).args(arguments).assert().success();
 }

@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use assert_cmd::Command;
 use caustics::scene;
 use caustics_bench::error::{CAUSTICS_VARIANCE, FLIP, FLIP_CAUSTICS, RELMSE_CAUSTICS};
 use caustics_bench::parameter::{HISTORY, METHOD, PATHS_PER_PIXEL};
@@ -12,49 +11,50 @@ use caustics_bench::result::CellResult;
 use caustics_bench::store;
 use caustics_kernels::gather::variant;
 use caustics_kernels::history;
-use tempfile::TempDir;
+
+use crate::test_dir::{BINARY, Run, TestDir};
 
 /// Tiny images of time and error.
 const TABLES: &str = "[time]\nwidth = 40\nheight = 24\nframes = 3\nwarm_up = 1\n\
                       [error]\nwidth = 32\nheight = 20\nseeds = 2\nreference_frames = 16\nframes = 3\n";
 
-/// A folder with references of its own.
-struct Desk(TempDir);
+/// Folder of an experiment, with references of its own.
+struct SweepDir(TestDir);
 
-impl Desk {
-    fn new(experiment: &str) -> Desk {
-        let desk = Desk(tempfile::tempdir().unwrap());
-        desk.write(experiment);
-        desk
+impl SweepDir {
+    fn new(experiment: &str) -> SweepDir {
+        let dir = SweepDir(TestDir::new());
+        dir.write(experiment);
+        dir
     }
 
     fn write(&self, experiment: &str) {
-        std::fs::write(self.path("e.toml"), experiment).unwrap();
+        self.0.write("e.toml", experiment);
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.0.path(name)
     }
 
-    /// Exit code, stdout, stderr.
-    fn run(&self, arguments: &[&str], environment: &[(&str, &str)]) -> (i32, String, String) {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-        command.current_dir(self.0.path()).timeout(Duration::from_secs(300)).arg("sweep").args(arguments);
+    /// Runs `caustics sweep` with its cache in the folder.
+    fn run(&self, arguments: &[&str], environment: &[(&str, &str)]) -> Run {
+        let mut command = self.0.command(&[&["sweep"], arguments].concat());
         for name in ["SLURM_ARRAY_TASK_ID", "PARALLEL_SEQ"] {
             command.env_remove(name);
         }
         command.envs(environment.iter().copied()).env("CAUSTICS_CACHE", self.path("cache"));
-        let output = command.output().unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-        (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+        Run::from_output(command.output().unwrap())
     }
 
-    /// The run must succeed. Gives stdout and stderr.
+    /// Runs `caustics sweep`, which must succeed.
     #[track_caller]
-    fn sweep(&self, arguments: &[&str]) -> (String, String) {
-        let (code, stdout, stderr) = self.run(arguments, &[]);
-        assert_eq!(code, 0, "{arguments:?}: {stderr}");
-        (stdout, stderr)
+    fn sweep(&self, arguments: &[&str]) -> Run {
+        self.run(arguments, &[]).expect_success(arguments)
+    }
+
+    #[track_caller]
+    fn refuses(&self, arguments: &[&str], code: i32, words: &[&str]) {
+        self.run(arguments, &[]).expect_refusal(arguments, code, words);
     }
 
     fn results(&self, folder: &str) -> Vec<CellResult> {
@@ -82,8 +82,8 @@ fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
          method = [\"basic\", \"path\"]\ngather = [\"photons-grid\"]\npaths_per_pixel = [1]\n",
         gathers.join(", ")
     ));
-    let desk = Desk::new(&experiment);
-    let (stdout, stderr) = desk.sweep(&["e.toml", "--dry-run"]);
+    let dir = SweepDir::new(&experiment);
+    let Run { stdout, stderr, .. } = dir.sweep(&["e.toml", "--dry-run"]);
     let software = variant::ALL.iter().filter(|gather| !gather.hardware).count();
     // The path tracer is one cell a number of bounces, whatever is gathered. The second matrix adds only what moves.
     let still = 2 * (software * 2 * 2 * 2 + 1);
@@ -99,7 +99,7 @@ fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
     let last = stdout.lines().last().unwrap();
     assert_eq!(last, format!("{} cells, 0 done; {} references, 0 kept", still + 2, 2 + 3));
     assert!(stderr.contains("points-rt needs ray queries"), "{stderr}");
-    assert!(!desk.path("cache").exists());
+    assert!(!dir.path("cache").exists());
 }
 
 mod long {
@@ -109,16 +109,16 @@ mod long {
     #[ignore = "makes scenes of a million triangles"]
     fn the_scenes_of_the_experiments_are_there() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
-        let desk = Desk::new("");
+        let dir = SweepDir::new("");
         // A dry run reads its scenes too.
         for name in caustics_scenes::ON_DEMAND {
-            caustics_scenes::make(name, &desk.path(scene::MADE), false).unwrap();
+            caustics_scenes::make(name, &dir.path(scene::MADE), false).unwrap();
         }
         let mut count = 0;
         for entry in folder.read_dir().unwrap() {
             let file = entry.unwrap().path();
             if file.extension().is_some_and(|extension| extension == "toml") {
-                let (stdout, _) = desk.sweep(&[file.to_str().unwrap(), "--dry-run"]);
+                let stdout = dir.sweep(&[file.to_str().unwrap(), "--dry-run"]).stdout;
                 assert!(stdout.lines().count() > 4, "{}: {stdout}", file.display());
                 count += 1;
             }
@@ -129,11 +129,11 @@ mod long {
 
 #[test]
 fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing() {
-    let desk = Desk::new(&matrix("method = [\"basic\"]\npaths_per_pixel = [0.5, 2]\nradius_px = [1]"));
-    let (_, stderr) = desk.sweep(&["e.toml", "-o", "out"]);
+    let dir = SweepDir::new(&matrix("method = [\"basic\"]\npaths_per_pixel = [0.5, 2]\nradius_px = [1]"));
+    let stderr = dir.sweep(&["e.toml", "-o", "out"]).stderr;
     assert!(stderr.contains("2 cells, 2 to measure") && stderr.contains("reference 1 of 1"), "{stderr}");
-    let whole = bytes(&desk.path("out/cells"));
-    let results = desk.results("out");
+    let whole = bytes(&dir.path("out/cells"));
+    let results = dir.results("out");
     for CellResult { identity, cell, time, error, .. } in &results {
         let (time, error) = (time.as_ref().unwrap(), error.as_ref().unwrap());
         // The same paths a pixel in both sizes.
@@ -142,60 +142,60 @@ fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing(
         assert!(error.get(&FLIP).unwrap() > 0.0 && error.get(&RELMSE_CAUSTICS).unwrap() > 0.0);
         assert_eq!(time.frames, 3);
         for name in [&error.image, &error.error_map, &error.reference] {
-            let png = &whole[&desk.path("out/cells").join(name.as_ref().unwrap())];
+            let png = &whole[&dir.path("out/cells").join(name.as_ref().unwrap())];
             assert!(png.starts_with(b"\x89PNG"), "{identity}");
         }
     }
     // JSON, image and map of each cell; one reference.
     assert_eq!(whole.len(), 2 * 3 + 1);
-    let table = std::fs::read_to_string(desk.path("out/cells.csv")).unwrap();
+    let table = std::fs::read_to_string(dir.path("out/cells.csv")).unwrap();
     assert_eq!(table.lines().count(), 3);
     assert!(table.contains(&results[0].identity) && table.contains("mirror-room"));
 
-    let (_, stderr) = desk.sweep(&["e.toml", "-o", "out"]);
+    let stderr = dir.sweep(&["e.toml", "-o", "out"]).stderr;
     assert!(stderr.contains("2 cells, 0 to measure"), "{stderr}");
-    assert_eq!(bytes(&desk.path("out/cells")), whole);
-    let (stdout, _) = desk.sweep(&["e.toml", "-o", "out", "--dry-run"]);
+    assert_eq!(bytes(&dir.path("out/cells")), whole);
+    let stdout = dir.sweep(&["e.toml", "-o", "out", "--dry-run"]).stdout;
     assert!(stdout.contains("2 cells, 2 done; 1 references, 1 kept"), "{stdout}");
 
     // Without its errors a cell is unfinished: they are measured, its times are kept.
     let part = CellResult { error: None, ..results[0].clone() };
-    store::write(&desk.path("out"), &part).unwrap();
-    let (_, stderr) = desk.sweep(&["e.toml", "-o", "out"]);
+    store::write(&dir.path("out"), &part).unwrap();
+    let stderr = dir.sweep(&["e.toml", "-o", "out"]).stderr;
     assert!(stderr.contains("1 to measure") && !stderr.contains("take turns"), "{stderr}");
-    let again = &desk.results("out")[0];
+    let again = &dir.results("out")[0];
     assert_eq!((&again.time, &again.error), (&results[0].time, &results[0].error), "the same bits");
 
     // Another seed is another cell.
-    desk.write(&format!("seed = 5\n{}", std::fs::read_to_string(desk.path("e.toml")).unwrap()));
-    let (stdout, _) = desk.sweep(&["e.toml", "-o", "out", "--dry-run"]);
+    dir.write(&format!("seed = 5\n{}", std::fs::read_to_string(dir.path("e.toml")).unwrap()));
+    let stdout = dir.sweep(&["e.toml", "-o", "out", "--dry-run"]).stdout;
     assert!(stdout.contains("2 cells, 0 done; 1 references, 1 kept"), "{stdout}");
 }
 
 #[cfg(unix)]
 #[test]
 fn an_interrupted_sweep_keeps_what_was_done() {
-    let desk = Desk::new(
+    let dir = SweepDir::new(
         &matrix("method = [\"basic\"]\npaths_per_pixel = [0.5, 1, 2]")
             .replace("reference_frames = 16", "reference_frames = 100000"),
     );
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_caustics"))
-        .current_dir(desk.0.path())
+    let mut child = std::process::Command::new(BINARY)
+        .current_dir(dir.0.folder())
         .args(["sweep", "e.toml", "-o", "out"])
-        .env("CAUSTICS_CACHE", desk.path("cache"))
+        .env("CAUSTICS_CACHE", dir.path("cache"))
         .stderr(std::process::Stdio::null())
         .spawn()
         .unwrap();
     // Times come first, then an endless reference.
     let start = std::time::Instant::now();
-    while !desk.path("out/cells").exists() || desk.results("out").len() < 3 {
+    while !dir.path("out/cells").exists() || dir.results("out").len() < 3 {
         assert!(start.elapsed() < Duration::from_secs(60), "no time was written");
         std::thread::sleep(Duration::from_millis(20));
     }
     let kill = format!("kill -INT {}", child.id());
     assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    let results = desk.results("out");
+    let results = dir.results("out");
     assert!(results.iter().all(|result| result.time.is_some() && result.error.is_none()), "{results:?}");
 }
 
@@ -205,48 +205,47 @@ fn shards_are_disjoint_and_merge_to_the_whole() {
     // Times alone: a second is enough.
     let experiment = matrix(lines).replace("frames = 3\nwarm_up = 1", "frames = 1\nwarm_up = 0");
     let error = experiment.find("[error]").unwrap()..experiment.find("[[matrix]]").unwrap();
-    let desk = Desk::new(&(experiment[..error.start].to_string() + &experiment[error.end..]));
+    let dir = SweepDir::new(&(experiment[..error.start].to_string() + &experiment[error.end..]));
     let identities = |folder: &str| -> BTreeSet<String> {
-        desk.results(folder).into_iter().map(|result| result.identity).collect()
+        dir.results(folder).into_iter().map(|result| result.identity).collect()
     };
-    desk.sweep(&["e.toml", "-o", "whole"]);
+    dir.sweep(&["e.toml", "-o", "whole"]);
     assert_eq!(identities("whole").len(), 2 * 2 + 1);
-    desk.sweep(&["e.toml", "-o", "one", "--shard", "1/2"]);
+    dir.sweep(&["e.toml", "-o", "one", "--shard", "1/2"]);
     let slurm =
         [("SLURM_ARRAY_TASK_ID", "9"), ("SLURM_ARRAY_TASK_MIN", "8"), ("SLURM_ARRAY_TASK_COUNT", "2")];
-    let (code, _, stderr) = desk.run(&["e.toml", "-o", "two"], &slurm);
-    assert!(code == 0 && stderr.contains("part 2 of 2"), "{stderr}");
+    let Run { code, stderr, .. } = dir.run(&["e.toml", "-o", "two"], &slurm);
+    assert!(code == Some(0) && stderr.contains("part 2 of 2"), "{stderr}");
     assert!(identities("one").is_disjoint(&identities("two")));
     // All ratios are to one cell, whichever shard has it.
     let firsts: BTreeSet<String> = ["one", "two"]
         .iter()
-        .flat_map(|dir| desk.results(dir))
+        .flat_map(|folder| dir.results(folder))
         .map(|result| result.time.unwrap().first)
         .collect();
     assert_eq!(firsts.len(), 1);
-    let (_, stderr) = desk.sweep(&["--merge", "one", "two", "-o", "both"]);
+    let stderr = dir.sweep(&["--merge", "one", "two", "-o", "both"]).stderr;
     assert_eq!(identities("both"), identities("whole"), "{stderr}");
-    let table = std::fs::read_to_string(desk.path("both/cells.csv")).unwrap();
+    let table = std::fs::read_to_string(dir.path("both/cells.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + identities("whole").len());
     // One folder for both is the same.
     for job in ["1", "2"] {
-        let (code, _, stderr) =
-            desk.run(&["e.toml", "-o", "shared", "--shards", "2"], &[("PARALLEL_SEQ", job)]);
-        assert_eq!(code, 0, "{stderr}");
+        let arguments = ["e.toml", "-o", "shared", "--shards", "2"];
+        dir.run(&arguments, &[("PARALLEL_SEQ", job)]).expect_success(&arguments);
     }
     assert_eq!(identities("shared"), identities("whole"));
-    let (_, stderr) = desk.sweep(&["--merge", "one", "-o", "both"]);
+    let stderr = dir.sweep(&["--merge", "one", "-o", "both"]).stderr;
     assert!(stderr.contains("one: 0 taken"), "{stderr}");
 }
 
 #[test]
 fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
-    let desk = Desk::new(&matrix(&format!(
+    let dir = SweepDir::new(&matrix(&format!(
         "method = [\"basic\"]\ncaustics = [\"any\"]\nemission = [\"power\"]\nhistory = [{}]\npaths_per_pixel = [0.125, 4]",
         history::ALL.iter().map(|history| format!("{:?}", history.name)).collect::<Vec<_>>().join(", ")
     )));
-    desk.sweep(&["e.toml", "-o", "out"]);
-    let results = desk.results("out");
+    dir.sweep(&["e.toml", "-o", "out"]);
+    let results = dir.results("out");
     let error = |history: &str, paths: f64| {
         let is = |result: &&CellResult| {
             result.cell.text(&HISTORY) == history && result.cell.number(&PATHS_PER_PIXEL) == paths
@@ -276,11 +275,11 @@ fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
 #[test]
 fn the_method_of_the_reference_comes_near_it_and_few_paths_do_not() {
     // The reference has 16 frames of 4 paths a pixel: 64 in one frame are as many, with radii that have not shrunk.
-    let desk = Desk::new(&matrix(
+    let dir = SweepDir::new(&matrix(
         "method = [\"progressive\", \"path\"]\nemission = [\"power\"]\npaths_per_pixel = [0.125, 64]",
     ));
-    desk.sweep(&["e.toml", "-o", "out"]);
-    let results = desk.results("out");
+    dir.sweep(&["e.toml", "-o", "out"]);
+    let results = dir.results("out");
     assert_eq!(results.len(), 3, "path tracing shoots no light paths");
     let error = |method: &str, paths: f64| {
         let is = |result: &&CellResult| {
@@ -300,11 +299,11 @@ fn the_method_of_the_reference_comes_near_it_and_few_paths_do_not() {
 
 #[test]
 fn scenes_that_move_are_measured_frame_by_frame() {
-    let desk = Desk::new(
+    let dir = SweepDir::new(
         &matrix("method = [\"basic\"]\npaths_per_pixel = [1]").replace("mirror-room", "moving-caster"),
     );
-    desk.sweep(&["e.toml", "-o", "out"]);
-    let results = desk.results("out");
+    dir.sweep(&["e.toml", "-o", "out"]);
+    let results = dir.results("out");
     let [CellResult { frames, error, time, .. }] = results.as_slice() else { panic!("{results:?}") };
     assert_eq!(frames.iter().map(|frame| frame.frame).collect::<Vec<_>>(), [0, 1, 2]);
     assert!(frames.iter().all(|frame| frame.total_ms.is_some() && frame.get(&FLIP).is_some()), "{frames:?}");
@@ -327,13 +326,13 @@ fn what_is_wrong_is_named_with_file_line_and_key() {
         ("[1]", "[4000]\n[time]", &["e.toml", "time"]),
     ] {
         assert!(fine.contains(from), "{from}");
-        let desk = Desk::new(&fine.replacen(from, to, 1));
-        let (code, _, stderr) = desk.run(&["e.toml", "--dry-run"], &[]);
+        let dir = SweepDir::new(&fine.replacen(from, to, 1));
+        let Run { code, stderr, .. } = dir.run(&["e.toml", "--dry-run"], &[]);
         let is_fine = named.is_empty();
-        assert_eq!(code, if is_fine { 0 } else { 2 }, "{to}: {stderr}");
+        assert_eq!(code, Some(if is_fine { 0 } else { 2 }), "{to}: {stderr}");
         assert!(named.iter().all(|name| stderr.contains(name)), "{to}: {stderr}");
     }
-    let desk = Desk::new(&fine);
+    let dir = SweepDir::new(&fine);
     for (options, named) in [
         (&["e.toml"][..], "--output"),
         (&["-o", "out"], "EXPERIMENT"),
@@ -341,19 +340,18 @@ fn what_is_wrong_is_named_with_file_line_and_key() {
         (&["e.toml", "-o", "out", "--shards", "2"], "--shard"),
         (&["e.toml", "--merge", "a", "-o", "out"], "--merge"),
     ] {
-        let (code, _, stderr) = desk.run(options, &[]);
-        assert!(code == 2 && stderr.contains(named), "{options:?}: {code} {stderr}");
+        dir.refuses(options, 2, &[named]);
     }
-    assert_eq!(desk.run(&["none.toml", "-o", "out"], &[]).0, 1);
-    assert!(!desk.path("out").exists());
+    dir.refuses(&["none.toml", "-o", "out"], 1, &[]);
+    assert!(!dir.path("out").exists());
 }
 
 #[test]
 fn a_time_that_cannot_be_met_is_said_in_the_result() {
     // No frame takes a microsecond, on any machine.
-    let desk = Desk::new(&matrix("method = [\"basic\", \"path\"]\nequal_time_ms = 1e-3"));
-    desk.sweep(&["e.toml", "-o", "out"]);
-    let results = desk.results("out");
+    let dir = SweepDir::new(&matrix("method = [\"basic\", \"path\"]\nequal_time_ms = 1e-3"));
+    dir.sweep(&["e.toml", "-o", "out"]);
+    let results = dir.results("out");
     assert_eq!(results.len(), 2);
     for CellResult { cell, time, error, note, .. } in &results {
         assert!(time.is_some() && error.is_some());
@@ -379,23 +377,17 @@ fn more_cells_than_can_be_measured_are_refused_before_they_are_made() {
         list(1000, "1"),
         list(1000, "5")
     );
-    let desk = Desk::new(&matrix(&lines));
-    let (code, _, stderr) = desk.run(&["e.toml", "--dry-run"], &[]);
-    assert!(
-        code == 2 && stderr.contains("e.toml: line 13") && stderr.contains("1000000000 cells"),
-        "{stderr}"
-    );
+    let dir = SweepDir::new(&matrix(&lines));
+    dir.refuses(&["e.toml", "--dry-run"], 2, &["e.toml: line 13", "1000000000 cells"]);
 }
 
 #[test]
 fn a_result_that_names_another_place_is_not_merged() {
-    let desk = Desk::new("");
-    std::fs::create_dir_all(desk.path("d/cells")).unwrap();
-    std::fs::write(desk.path("precious.json"), "precious").unwrap();
+    let dir = SweepDir::new("");
+    std::fs::create_dir_all(dir.path("d/cells")).unwrap();
+    dir.0.write("precious.json", "precious");
     let result = CellResult { identity: "../../precious".into(), ..CellResult::default() };
-    let text = serde_json::to_vec(&result).unwrap();
-    std::fs::write(desk.path("d/cells/0123456789abcdef.json"), text).unwrap();
-    let (code, _, stderr) = desk.run(&["--merge", "d", "-o", "out"], &[]);
-    assert!(code == 1 && stderr.contains("0123456789abcdef.json") && stderr.contains("identity"), "{stderr}");
-    assert_eq!(std::fs::read(desk.path("precious.json")).unwrap(), b"precious");
+    dir.0.write("d/cells/0123456789abcdef.json", serde_json::to_vec(&result).unwrap());
+    dir.refuses(&["--merge", "d", "-o", "out"], 1, &["0123456789abcdef.json", "identity"]);
+    assert_eq!(std::fs::read(dir.path("precious.json")).unwrap(), b"precious");
 }

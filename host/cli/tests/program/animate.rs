@@ -9,58 +9,51 @@ use assert_cmd::Command;
 use caustics::image_file::Channels;
 use caustics::sealed;
 use serde_json::Value;
-use tempfile::TempDir;
 
-const BINARY: &str = env!("CARGO_BIN_EXE_caustics");
+use crate::test_dir::{BINARY, Run, TestDir};
+
 const TINY: [&str; 8] = ["--width", "32", "--height", "18", "--light-paths", "500", "--runner", "cpu"];
 
-/// A folder for one test.
-struct Desk(TempDir);
+/// Arguments of a tiny animation.
+fn arguments<'a>(scene: &'a str, options: &[&'a str]) -> Vec<&'a str> {
+    [&["animate", scene, "-o", "f/##.exr"], &TINY[..], options].concat()
+}
 
-impl Desk {
-    fn new() -> Desk {
-        Desk(tempfile::tempdir().unwrap())
+/// Folder of one animation.
+struct AnimationDir(TestDir);
+
+impl AnimationDir {
+    fn new() -> AnimationDir {
+        AnimationDir(TestDir::new())
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.0.path(name)
     }
 
     fn command(&self, scene: &str, options: &[&str]) -> Command {
-        let mut command = Command::new(BINARY);
-        command.current_dir(self.0.path()).timeout(Duration::from_secs(300));
-        command.args(["animate", scene, "-o", "f/##.exr"]).args(TINY).args(options);
-        command
+        self.0.command(&arguments(scene, options))
     }
 
-    /// Exit code, stdout, stderr.
-    fn run(&self, scene: &str, options: &[&str]) -> (i32, String, String) {
-        let output = self.command(scene, options).output().unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    fn run(&self, scene: &str, options: &[&str]) -> Run {
+        self.0.run(&arguments(scene, options))
     }
 
-    /// Runs; it must succeed. What it says.
+    /// Returns stderr of a run, which must succeed.
     #[track_caller]
     fn animate(&self, scene: &str, options: &[&str]) -> String {
-        let (code, _, stderr) = self.run(scene, options);
-        assert_eq!(code, 0, "{options:?}: {stderr}");
-        stderr
+        self.0.succeeds(&arguments(scene, options)).stderr
     }
 
-    /// Runs; it must succeed. Its summary.
+    /// Returns the summary of a run, which must succeed.
     #[track_caller]
     fn report(&self, scene: &str, options: &[&str]) -> Value {
-        let (code, stdout, stderr) = self.run(scene, &[options, &["--json"]].concat());
-        assert_eq!(code, 0, "{options:?}: {stderr}");
-        serde_json::from_str(&stdout).unwrap()
+        self.0.succeeds(&arguments(scene, &[options, &["--json"]].concat())).json()
     }
 
     #[track_caller]
     fn refuses(&self, scene: &str, options: &[&str], words: &[&str]) {
-        let (code, _, stderr) = self.run(scene, options);
-        assert_eq!(code, 2, "{options:?}: {stderr}");
-        assert!(words.iter().all(|word| stderr.contains(word)), "{options:?}: {stderr}");
+        self.0.refuses(&arguments(scene, options), 2, words);
     }
 
     /// The files of the animation by name.
@@ -93,7 +86,7 @@ fn modified(path: &Path) -> SystemTime {
 }
 
 #[track_caller]
-fn assert_same(a: &Desk, b: &Desk) {
+fn assert_same(a: &AnimationDir, b: &AnimationDir) {
     assert_eq!(a.names(), b.names());
     let (a, b) = (a.files(), b.files());
     let differ: Vec<_> = a.keys().filter(|name| a[*name] != b[*name]).collect();
@@ -102,10 +95,10 @@ fn assert_same(a: &Desk, b: &Desk) {
 
 #[test]
 fn every_frame_is_a_file_of_its_time() {
-    let desk = Desk::new();
+    let dir = AnimationDir::new();
     // Two seconds at two frames each.
-    let report = desk.report("animated-light", &["--fps", "2"]);
-    assert_eq!(desk.names(), ["00.exr", "01.exr", "02.exr", "03.exr"]);
+    let report = dir.report("animated-light", &["--fps", "2"]);
+    assert_eq!(dir.names(), ["00.exr", "01.exr", "02.exr", "03.exr"]);
     assert_eq!(rendered(&report), [(0, true), (1, true), (2, true), (3, true)]);
     assert_eq!((&report["history"], &report["fps"]), (&"validated".into(), &2.0.into()));
     let times: Vec<_> = report["frames"].as_array().unwrap().iter().map(|frame| &frame["time_s"]).collect();
@@ -113,26 +106,25 @@ fn every_frame_is_a_file_of_its_time() {
     assert!(report["frames"][1]["pass_ms"]["reuse.validated"].as_f64().unwrap() > 0.0);
     assert_eq!(report["frames"][1]["counters"]["light_paths"], 500);
     for frame in 0..4u32 {
-        let image = Channels::read(&desk.path(&format!("f/0{frame}.exr"))).unwrap();
+        let image = Channels::read(&dir.path(&format!("f/0{frame}.exr"))).unwrap();
         assert_eq!(image.attributes["frame"], frame.to_string());
         assert_eq!(image.attributes["time_s"], (f64::from(frame) / 2.0).to_string());
     }
 
     // Without history the first frame is what `render` shows of that time, but for the random numbers of frame 0.
-    let still = Desk::new();
+    let still = AnimationDir::new();
     still.animate("animated-light", &["--frames", "0..1", "--fps", "1", "--history", "none"]);
-    let mut render = Command::new(BINARY);
-    render.current_dir(still.0.path()).args(["render", "animated-light", "-o", "r.exr"]);
-    render.args(["--preset", "frame"]).args(TINY).assert().success();
+    let render = ["render", "animated-light", "-o", "r.exr", "--preset", "frame"];
+    still.0.succeeds(&[&render[..], &TINY].concat());
     let ours = Channels::read(&still.path("f/00.exr")).unwrap().channels;
     assert_eq!(ours, Channels::read(&still.path("r.exr")).unwrap().channels);
 
     // The camera stands still: what differs beyond noise is the light, so the same random numbers tell two times apart.
-    let later = Desk::new();
+    let later = AnimationDir::new();
     later.animate("animated-light", &["--frames", "1..2", "--fps", "1", "--history", "none"]);
-    let sooner = Desk::new();
+    let sooner = AnimationDir::new();
     sooner.animate("animated-light", &["--frames", "1..2", "--fps", "1000", "--history", "none"]);
-    let layer = |desk: &Desk| Channels::read(&desk.path("f/01.exr")).unwrap().channels;
+    let layer = |dir: &AnimationDir| Channels::read(&dir.path("f/01.exr")).unwrap().channels;
     let (later, sooner) = (layer(&later), layer(&sooner));
     assert_eq!(later["points.depth"], sooner["points.depth"]);
     assert_ne!(later["path.G"], sooner["path.G"]);
@@ -140,15 +132,15 @@ fn every_frame_is_a_file_of_its_time() {
 
 #[test]
 fn a_second_run_renders_nothing() {
-    let desk = Desk::new();
-    desk.animate("animated-light", &["--frames", "0..3"]);
-    let before = ["00", "01", "02"].map(|name| modified(&desk.path(&format!("f/{name}.exr"))));
-    let again = desk.animate("animated-light", &["--frames", "0..3"]);
+    let dir = AnimationDir::new();
+    dir.animate("animated-light", &["--frames", "0..3"]);
+    let before = ["00", "01", "02"].map(|name| modified(&dir.path(&format!("f/{name}.exr"))));
+    let again = dir.animate("animated-light", &["--frames", "0..3"]);
     assert!(again.contains("all 3 frames are there; nothing to render"), "{again}");
-    let after = ["00", "01", "02"].map(|name| modified(&desk.path(&format!("f/{name}.exr"))));
+    let after = ["00", "01", "02"].map(|name| modified(&dir.path(&format!("f/{name}.exr"))));
     assert_eq!(before, after);
-    desk.animate("animated-light", &["--frames", "0..3", "--force"]);
-    assert!(modified(&desk.path("f/00.exr")) > before[0]);
+    dir.animate("animated-light", &["--frames", "0..3", "--force"]);
+    assert!(modified(&dir.path("f/00.exr")) > before[0]);
 }
 
 #[test]
@@ -157,12 +149,12 @@ fn missing_frames_come_back_to_the_same_bytes() {
         [("validated", "power", 8), ("paper", "aimed", 8), ("none", "power", 3), ("none", "guided", 8)];
     for (history, emission, again) in configurations {
         let options = ["--frames", "0..8", "--history", history, "--emission", emission];
-        let (whole, desk) = (Desk::new(), Desk::new());
+        let (whole, dir) = (AnimationDir::new(), AnimationDir::new());
         whole.animate("moving-caster", &options);
-        desk.animate("moving-caster", &options);
-        assert_same(&desk, &whole);
-        desk.remove(&["03.exr", "06.exr", "07.exr"]);
-        let report = desk.report("moving-caster", &options);
+        dir.animate("moving-caster", &options);
+        assert_same(&dir, &whole);
+        dir.remove(&["03.exr", "06.exr", "07.exr"]);
+        let report = dir.report("moving-caster", &options);
         assert_eq!(report["kept"], 5);
         let frames = rendered(&report);
         assert_eq!(
@@ -173,28 +165,28 @@ fn missing_frames_come_back_to_the_same_bytes() {
         let written: Vec<_> =
             frames.iter().filter(|(_, written)| *written).map(|(frame, _)| *frame).collect();
         assert_eq!(written, [3, 6, 7]);
-        assert_same(&desk, &whole);
+        assert_same(&dir, &whole);
     }
 }
 
 #[test]
 fn a_longer_run_goes_on_from_a_shorter_one() {
-    let (whole, desk) = (Desk::new(), Desk::new());
+    let (whole, dir) = (AnimationDir::new(), AnimationDir::new());
     whole.animate("animated-camera", &["--frames", "0..6"]);
-    desk.animate("animated-camera", &["--frames", "0..3"]);
-    desk.animate("animated-camera", &["--frames", "0..6", "--threads", "1"]);
-    assert_same(&desk, &whole);
+    dir.animate("animated-camera", &["--frames", "0..3"]);
+    dir.animate("animated-camera", &["--frames", "0..6", "--threads", "1"]);
+    assert_same(&dir, &whole);
     // What is reused is seen: the same frame is another without those before it.
-    let short = Desk::new();
+    let short = AnimationDir::new();
     short.animate("animated-camera", &["--frames", "5..6"]);
     assert_ne!(short.files()["05.exr"], whole.files()["05.exr"]);
 }
 
 /// Starts an endless run, ends it by a signal once it has some frames; its exit code.
 #[cfg(unix)]
-fn end_early(desk: &Desk, scene: &str, options: &[&str], signal: &str) -> Option<i32> {
+fn end_early(dir: &AnimationDir, scene: &str, options: &[&str], signal: &str) -> Option<i32> {
     let mut child = std::process::Command::new(BINARY)
-        .current_dir(desk.0.path())
+        .current_dir(dir.0.folder())
         .args(["animate", scene, "-o", "f/##.exr", "--frames", "0..100000"])
         .args(TINY)
         .args(options)
@@ -203,7 +195,7 @@ fn end_early(desk: &Desk, scene: &str, options: &[&str], signal: &str) -> Option
         .spawn()
         .unwrap();
     let start = Instant::now();
-    while !desk.path("f/04.exr").exists() {
+    while !dir.path("f/04.exr").exists() {
         assert!(start.elapsed() < Duration::from_secs(100), "there are no frames");
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -221,12 +213,11 @@ fn an_interrupted_or_killed_run_goes_on_from_its_state() {
         ("animated-camera", &["--checkpoint-every", "0"], "KILL", None),
     ];
     for (scene, options, signal, code) in cases {
-        let desk = Desk::new();
-        assert_eq!(end_early(&desk, scene, options, signal), code);
-        assert!(desk.path("f/animation.state").exists());
-        let done =
-            desk.names().iter().filter(|name| name.ends_with(".exr") && !name.starts_with('.')).count();
-        desk.refuses(
+        let dir = AnimationDir::new();
+        assert_eq!(end_early(&dir, scene, options, signal), code);
+        assert!(dir.path("f/animation.state").exists());
+        let done = dir.names().iter().filter(|name| name.ends_with(".exr") && !name.starts_with('.')).count();
+        dir.refuses(
             scene,
             &[options, &["--frames", "0..100000", "--max-bounces", "4"]].concat(),
             &["max_bounces"],
@@ -235,15 +226,15 @@ fn an_interrupted_or_killed_run_goes_on_from_its_state() {
         // One frame that is there is lost too: the state is of a frame behind it, or it is rendered.
         let range = format!("0..{}", done + 2);
         let options = [options, &["--frames", &range]].concat();
-        let report = desk.report(scene, &options);
+        let report = dir.report(scene, &options);
         let frames = rendered(&report);
         assert!(frames[0].0 + 2 > done as u64 && frames.len() <= 4, "{scene}: {frames:?} of {done}");
-        assert!(!desk.path("f/animation.state").exists());
+        assert!(!dir.path("f/animation.state").exists());
         // Nothing is left of what a killed run was about to write.
-        assert!(desk.names().iter().all(|name| !name.starts_with('.')), "{:?}", desk.names());
-        let whole = Desk::new();
+        assert!(dir.names().iter().all(|name| !name.starts_with('.')), "{:?}", dir.names());
+        let whole = AnimationDir::new();
         whole.animate(scene, &options);
-        assert_same(&desk, &whole);
+        assert_same(&dir, &whole);
     }
 }
 
@@ -251,49 +242,49 @@ fn an_interrupted_or_killed_run_goes_on_from_its_state() {
 #[test]
 fn a_state_helps_only_frames_behind_it_and_of_its_run() {
     let scene = "moving-caster";
-    let (desk, whole) = (Desk::new(), Desk::new());
-    assert_eq!(end_early(&desk, scene, &[], "INT"), Some(130));
-    let state = desk.files()["animation.state"].clone();
+    let (dir, whole) = (AnimationDir::new(), AnimationDir::new());
+    assert_eq!(end_early(&dir, scene, &[], "INT"), Some(130));
+    let state = dir.files()["animation.state"].clone();
     // One whose checksum is right and whose numbers are none
     let (head, payload) = sealed::open::<Value>("animation", &state).unwrap();
     let crafted = vec![0xff; payload.len()];
     let crafted = sealed::seal("animation", &head, |bytes| bytes.extend(crafted)).unwrap();
-    std::fs::write(desk.path("f/animation.state"), crafted).unwrap();
-    let more = format!("0..{}", desk.names().len() + 1);
+    dir.0.write("f/animation.state", crafted);
+    let more = format!("0..{}", dir.names().len() + 1);
     let words = ["animation.state", "is damaged", "not finite", "remove it"];
-    desk.refuses(scene, &["--frames", &more], &words);
-    std::fs::write(desk.path("f/animation.state"), &state).unwrap();
+    dir.refuses(scene, &["--frames", &more], &words);
+    dir.0.write("f/animation.state", &state);
     // The state holds light of frames behind the one that is missing.
-    let range = format!("0..{}", desk.names().len() - 1);
-    desk.remove(&["02.exr"]);
-    let report = desk.report(scene, &["--frames", &range]);
+    let range = format!("0..{}", dir.names().len() - 1);
+    dir.remove(&["02.exr"]);
+    let report = dir.report(scene, &["--frames", &range]);
     assert_eq!(rendered(&report), [(0, false), (1, false), (2, true)]);
     whole.animate(scene, &["--frames", &range]);
-    std::fs::remove_file(desk.path("f/animation.state")).unwrap_or_default();
-    assert_same(&desk, &whole);
+    std::fs::remove_file(dir.path("f/animation.state")).unwrap_or_default();
+    assert_same(&dir, &whole);
 
     // Without frames the state alone says what differs.
-    for name in desk.names() {
-        desk.remove(&[&name]);
+    for name in dir.names() {
+        dir.remove(&[&name]);
     }
     let mut flipped = state.clone();
     let middle = flipped.len() / 2;
     flipped[middle] ^= 1;
-    std::fs::write(desk.path("f/animation.state"), &flipped).unwrap();
-    desk.refuses(scene, &["--frames", "0..2"], &["animation.state", "is damaged", "remove it"]);
-    std::fs::write(desk.path("f/animation.state"), &state).unwrap();
-    desk.refuses(scene, &["--frames", "0..2", "--seed", "1"], &["animation.state", "seed", "--force"]);
-    assert_eq!(desk.names(), ["animation.state"]);
-    desk.animate(scene, &["--frames", "0..2", "--seed", "1", "--force"]);
-    assert_eq!(desk.names(), ["00.exr", "01.exr"]);
+    dir.0.write("f/animation.state", &flipped);
+    dir.refuses(scene, &["--frames", "0..2"], &["animation.state", "is damaged", "remove it"]);
+    dir.0.write("f/animation.state", &state);
+    dir.refuses(scene, &["--frames", "0..2", "--seed", "1"], &["animation.state", "seed", "--force"]);
+    assert_eq!(dir.names(), ["animation.state"]);
+    dir.animate(scene, &["--frames", "0..2", "--seed", "1", "--force"]);
+    assert_eq!(dir.names(), ["00.exr", "01.exr"]);
 }
 
 #[test]
 fn frames_of_another_run_are_refused_by_what_differs() {
-    let desk = Desk::new();
+    let dir = AnimationDir::new();
     let frames = ["--frames", "1..3"];
-    desk.animate("animated-light", &frames);
-    let before = desk.files();
+    dir.animate("animated-light", &frames);
+    let before = dir.files();
     for (options, words) in [
         (["--light-paths", "600"], ["01.exr", "light_paths", "\"500\", not \"600\""]),
         (["--seed", "1"], ["01.exr", "seed", "--force"]),
@@ -304,72 +295,65 @@ fn frames_of_another_run_are_refused_by_what_differs() {
         (["--fps", "12"], ["01.exr", "fps", "\"24\", not \"12\""]),
     ] {
         // An option that TINY has already is given once.
-        let mut command = Command::new(BINARY);
-        command.current_dir(desk.0.path()).args(["animate", "animated-light", "-o", "f/##.exr"]).args(frames);
-        let tiny = TINY.chunks(2).filter(|pair| pair[0] != options[0]).flatten();
-        let output = command.args(tiny).args(options).output().unwrap();
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{options:?}: {stderr}");
-        assert!(words.iter().all(|word| stderr.contains(word)), "{options:?}: {stderr}");
+        let animate = ["animate", "animated-light", "-o", "f/##.exr"].into_iter().chain(frames);
+        let tiny = TINY.chunks(2).filter(|pair| pair[0] != options[0]).flatten().copied();
+        let arguments: Vec<&str> = animate.chain(tiny).chain(options).collect();
+        dir.0.refuses(&arguments, 2, &words);
     }
-    desk.refuses("moving-caster", &frames, &["01.exr", "scene", "animated-light", "moving-caster"]);
-    desk.refuses("animated-light", &["--frames", "0..3"], &["01.exr", "first_frame", "\"1\", not \"0\""]);
-    assert_eq!(desk.files(), before);
+    dir.refuses("moving-caster", &frames, &["01.exr", "scene", "animated-light", "moving-caster"]);
+    dir.refuses("animated-light", &["--frames", "0..3"], &["01.exr", "first_frame", "\"1\", not \"0\""]);
+    assert_eq!(dir.files(), before);
     // A frame under the name of another.
-    std::fs::copy(desk.path("f/01.exr"), desk.path("f/02.exr")).unwrap();
-    desk.refuses("animated-light", &frames, &["02.exr", "frame", "\"1\", not \"2\""]);
-    desk.animate("animated-light", &["--frames", "1..3", "--force"]);
-    assert_eq!(desk.files(), before);
-    desk.animate("moving-caster", &["--frames", "1..3", "--force"]);
-    assert_ne!(desk.files(), before);
-    std::fs::write(desk.path("f/02.exr"), "no image").unwrap();
-    let (code, _, stderr) = desk.run("moving-caster", &frames);
-    assert!(code == 1 && stderr.contains("02.exr cannot be read as EXR"), "{stderr}");
+    std::fs::copy(dir.path("f/01.exr"), dir.path("f/02.exr")).unwrap();
+    dir.refuses("animated-light", &frames, &["02.exr", "frame", "\"1\", not \"2\""]);
+    dir.animate("animated-light", &["--frames", "1..3", "--force"]);
+    assert_eq!(dir.files(), before);
+    dir.animate("moving-caster", &["--frames", "1..3", "--force"]);
+    assert_ne!(dir.files(), before);
+    dir.0.write("f/02.exr", "no image");
+    let Run { code, stderr, .. } = dir.run("moving-caster", &frames);
+    assert!(code == Some(1) && stderr.contains("02.exr cannot be read as EXR"), "{stderr}");
 }
 
 #[test]
 fn what_cannot_be_an_animation_is_a_usage_error() {
-    let desk = Desk::new();
+    let dir = AnimationDir::new();
     for name in ["a.exr", "#a#.exr", "####.png", "#/a.exr"] {
-        let mut command = Command::new(BINARY);
-        command.current_dir(desk.0.path()).args(["animate", "animated-light", "-o", name]).args(TINY);
-        let output = command.output().unwrap();
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{name}: {stderr}");
-        assert!(stderr.contains(name) && stderr.contains("frames/####.exr"), "{name}: {stderr}");
+        let animate = ["animate", "animated-light", "-o", name];
+        dir.0.refuses(&[&animate[..], &TINY].concat(), 2, &[name, "frames/####.exr"]);
     }
-    desk.refuses("ring", &[], &["ring", "--frames A..B"]);
-    desk.refuses("animated-light", &["--method", "path", "--history", "paper"], &["paper", "path", "basic"]);
-    desk.refuses("animated-light", &["--method", "progressive", "--history", "validated"], &["validated"]);
-    desk.refuses("animated-light", &["--method", "path", "--denoiser", "atrous"], &["atrous", "path"]);
-    desk.refuses("animated-light", &["--fps", "0"], &["--fps 0"]);
-    desk.refuses("animated-light", &["--fps", "1e9"], &["--frames A..B"]);
-    desk.refuses("animated-light", &["--frames", "3..3"], &["A..B"]);
-    desk.refuses("animated-light", &["--resume"], &["--resume"]);
-    assert!(!desk.path("f").exists());
+    dir.refuses("ring", &[], &["ring", "--frames A..B"]);
+    dir.refuses("animated-light", &["--method", "path", "--history", "paper"], &["paper", "path", "basic"]);
+    dir.refuses("animated-light", &["--method", "progressive", "--history", "validated"], &["validated"]);
+    dir.refuses("animated-light", &["--method", "path", "--denoiser", "atrous"], &["atrous", "path"]);
+    dir.refuses("animated-light", &["--fps", "0"], &["--fps 0"]);
+    dir.refuses("animated-light", &["--fps", "1e9"], &["--frames A..B"]);
+    dir.refuses("animated-light", &["--frames", "3..3"], &["A..B"]);
+    dir.refuses("animated-light", &["--resume"], &["--resume"]);
+    assert!(!dir.path("f").exists());
     // Nobody's PNG is overwritten.
-    std::fs::create_dir(desk.path("f")).unwrap();
-    std::fs::write(desk.path("f/01.png"), "mine").unwrap();
-    desk.refuses("animated-light", &["--frames", "0..2", "--png"], &["01.png", "--force"]);
-    assert_eq!(desk.names(), ["01.png"]);
+    std::fs::create_dir(dir.path("f")).unwrap();
+    dir.0.write("f/01.png", "mine");
+    dir.refuses("animated-light", &["--frames", "0..2", "--png"], &["01.png", "--force"]);
+    assert_eq!(dir.names(), ["01.png"]);
 }
 
 #[test]
 fn other_methods_have_no_history_and_still_scenes_may_be_animated() {
-    let desk = Desk::new();
-    let report = desk.report("ring", &["--method", "path", "--frames", "0..2"]);
+    let dir = AnimationDir::new();
+    let report = dir.report("ring", &["--method", "path", "--frames", "0..2"]);
     assert_eq!((&report["history"], &report["gather"]), (&"none".into(), &"none".into()));
-    let whole = desk.files();
+    let whole = dir.files();
     assert_ne!(whole["00.exr"], whole["01.exr"], "each frame has its own random numbers");
-    desk.remove(&["01.exr"]);
-    assert_eq!(rendered(&desk.report("ring", &["--method", "path", "--frames", "0..2"])), [(1, true)]);
-    assert_eq!(desk.files(), whole);
+    dir.remove(&["01.exr"]);
+    assert_eq!(rendered(&dir.report("ring", &["--method", "path", "--frames", "0..2"])), [(1, true)]);
+    assert_eq!(dir.files(), whole);
 }
 
 #[test]
 fn pngs_are_those_of_the_frames_whenever_they_are_written() {
     for options in [&["--frames", "0..2"][..], &["--frames", "0..2", "--method", "path"]] {
-        let (at_once, later) = (Desk::new(), Desk::new());
+        let (at_once, later) = (AnimationDir::new(), AnimationDir::new());
         at_once.animate("animated-light", &[options, &["--png"]].concat());
         assert_eq!(at_once.names(), ["00.exr", "00.png", "01.exr", "01.png"]);
         later.animate("animated-light", options);
@@ -388,13 +372,12 @@ fn pngs_are_those_of_the_frames_whenever_they_are_written() {
 
 #[test]
 fn without_ffmpeg_there_are_pngs_and_a_warning() {
-    let desk = Desk::new();
-    let mut command = desk.command("animated-light", &["--frames", "0..2", "--video"]);
-    let output = command.env("PATH", "").output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    let dir = AnimationDir::new();
+    let mut command = dir.command("animated-light", &["--frames", "0..2", "--video"]);
+    let Run { code, stderr, .. } = Run::from_output(command.env("PATH", "").output().unwrap());
+    assert_eq!(code, Some(0), "{stderr}");
     assert_eq!(stderr.lines().filter(|line| line.contains("no ffmpeg on the PATH")).count(), 1, "{stderr}");
-    assert_eq!(desk.names(), ["00.exr", "00.png", "01.exr", "01.png"]);
+    assert_eq!(dir.names(), ["00.exr", "00.png", "01.exr", "01.png"]);
 }
 
 /// A program in the place of ffmpeg, which writes what it was asked into the video.
@@ -403,81 +386,77 @@ fn without_ffmpeg_there_are_pngs_and_a_warning() {
 fn a_video_is_made_of_the_pngs() {
     use std::os::unix::fs::PermissionsExt;
 
-    let desk = Desk::new();
-    let bin = desk.path("bin");
+    let dir = AnimationDir::new();
+    let bin = dir.path("bin");
     std::fs::create_dir(&bin).unwrap();
     let script =
         "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\nfor last; do :; done\necho \"$@\" > \"$last\"\n";
-    std::fs::write(bin.join("ffmpeg"), script).unwrap();
+    dir.0.write("bin/ffmpeg", script);
     std::fs::set_permissions(bin.join("ffmpeg"), std::fs::Permissions::from_mode(0o755)).unwrap();
     let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
     let video = |frames: &str| {
-        let mut command = desk.command("animated-light", &["--frames", frames, "--video"]);
-        let output = command.env("PATH", &path).output().unwrap();
-        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+        let mut command = dir.command("animated-light", &["--frames", frames, "--video"]);
+        Run::from_output(command.env("PATH", &path).output().unwrap())
     };
-    assert_eq!(video("1..3").0, Some(0));
-    assert_eq!(desk.names(), ["01.exr", "01.png", "02.exr", "02.png", "animation.mp4"]);
-    let asked = std::fs::read_to_string(desk.path("f/animation.mp4")).unwrap();
+    assert_eq!(video("1..3").code, Some(0));
+    assert_eq!(dir.names(), ["01.exr", "01.png", "02.exr", "02.png", "animation.mp4"]);
+    let asked = std::fs::read_to_string(dir.path("f/animation.mp4")).unwrap();
     for word in ["-framerate 24", "-start_number 1", "-i f/%02d.png", "-frames:v 2"] {
         assert!(asked.contains(word), "{asked}");
     }
     // A longer animation replaces its own video, and nobody else's.
-    assert_eq!(video("1..4").0, Some(0));
-    assert!(std::fs::read_to_string(desk.path("f/animation.mp4")).unwrap().contains("-frames:v 3"));
-    std::fs::write(desk.path("f/animation.mp4"), "mine").unwrap();
-    let (code, stderr) = video("1..4");
+    assert_eq!(video("1..4").code, Some(0));
+    assert!(std::fs::read_to_string(dir.path("f/animation.mp4")).unwrap().contains("-frames:v 3"));
+    dir.0.write("f/animation.mp4", "mine");
+    let Run { code, stderr, .. } = video("1..4");
     assert!(code == Some(2) && stderr.contains("animation.mp4 exists"), "{stderr}");
-    std::fs::remove_file(desk.path("f/animation.mp4")).unwrap();
-    std::fs::write(
-        bin.join("ffmpeg"),
-        "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho broken >&2\nexit 1\n",
-    )
-    .unwrap();
-    let (code, stderr) = video("1..4");
+    std::fs::remove_file(dir.path("f/animation.mp4")).unwrap();
+    dir.0.write("bin/ffmpeg", "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\necho broken >&2\nexit 1\n");
+    let Run { code, stderr, .. } = video("1..4");
     assert!(code == Some(1) && stderr.contains("ffmpeg failed: broken"), "{stderr}");
-    assert!(!desk.path("f/animation.mp4").exists() && desk.names().iter().all(|name| !name.starts_with('.')));
+    assert!(!dir.path("f/animation.mp4").exists() && dir.names().iter().all(|name| !name.starts_with('.')));
 }
 
 #[test]
 fn damaged_frames_are_rendered_anew_to_the_same_bytes() {
-    let desk = Desk::new();
+    let dir = AnimationDir::new();
     let options = ["--frames", "0..4", "--history", "none", "--emission", "power"];
-    desk.animate("animated-light", &options);
-    let whole = desk.files();
+    dir.animate("animated-light", &options);
+    let whole = dir.files();
     // One is cut off behind its header, of another a bit of its last pixels is flipped.
     let cut = &whole["01.exr"];
-    std::fs::write(desk.path("f/01.exr"), &cut[..3 * cut.len() / 4]).unwrap();
+    dir.0.write("f/01.exr", &cut[..3 * cut.len() / 4]);
     let mut flipped = whole["03.exr"].clone();
     let at = flipped.len() - 9;
     flipped[at] ^= 4;
-    std::fs::write(desk.path("f/03.exr"), &flipped).unwrap();
-    let (code, stdout, stderr) = desk.run("animated-light", &[&options[..], &["--json"]].concat());
-    assert_eq!(code, 0, "{stderr}");
-    assert!(stderr.contains("01.exr is damaged and rendered anew; 2 of the frames"), "{stderr}");
-    assert_eq!(rendered(&serde_json::from_str(&stdout).unwrap()), [(1, true), (3, true)]);
-    assert!(desk.files() == whole);
+    dir.0.write("f/03.exr", &flipped);
+    let run = dir.run("animated-light", &[&options[..], &["--json"]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let warning = "01.exr is damaged and rendered anew; 2 of the frames";
+    assert!(run.stderr.contains(warning), "{}", run.stderr);
+    assert_eq!(rendered(&run.json()), [(1, true), (3, true)]);
+    assert!(dir.files() == whole);
 }
 
 #[cfg(unix)]
 #[test]
 fn two_runs_do_not_write_one_animation() {
-    let desk = Desk::new();
+    let dir = AnimationDir::new();
     let mut first = std::process::Command::new(BINARY)
-        .current_dir(desk.0.path())
+        .current_dir(dir.0.folder())
         .args(["animate", "animated-light", "-o", "f/##.exr", "--frames", "0..100000"])
         .args(TINY)
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
     let start = Instant::now();
-    while !desk.path("f/00.exr").exists() {
+    while !dir.path("f/00.exr").exists() {
         assert!(start.elapsed() < Duration::from_secs(100), "there are no frames");
         std::thread::sleep(Duration::from_millis(5));
     }
-    let (code, _, stderr) = desk.run("animated-light", &["--frames", "0..2"]);
-    assert!(code == 1 && stderr.contains("another run writes f/animation.state"), "{code}: {stderr}");
+    let Run { code, stderr, .. } = dir.run("animated-light", &["--frames", "0..2"]);
+    assert!(code == Some(1) && stderr.contains("another run writes f/animation.state"), "{code:?}: {stderr}");
     first.kill().unwrap();
     first.wait().unwrap();
-    desk.animate("animated-light", &["--frames", "0..2"]);
+    dir.animate("animated-light", &["--frames", "0..2"]);
 }

@@ -16,35 +16,18 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use serde_json::Value;
-use tempfile::TempDir;
+
+use crate::test_dir::{BINARY, Run, TestDir};
 
 /// The smallest render that still shoots light paths.
 const TINY: [&str; 8] = ["--width", "16", "--height", "9", "--light-paths", "1000", "--runner", "cpu"];
 
-/// What a run of the program gave.
-struct Run {
-    code: Option<i32>,
-    stdout: String,
-    stderr: String,
-}
-
-fn caustics(folder: &Path, arguments: &[&str]) -> Run {
-    let output = Command::new(env!("CARGO_BIN_EXE_caustics"))
-        .current_dir(folder)
-        .args(arguments)
-        .timeout(std::time::Duration::from_secs(120))
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    Run { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
-}
-
 /// Runs a line of shell with the program as `$0`.
 #[cfg(unix)]
-fn shell(folder: &Path, line: &str) -> Run {
+fn shell(dir: &TestDir, line: &str) -> Run {
     let output = Command::new("sh")
-        .current_dir(folder)
-        .args(["-c", line, env!("CARGO_BIN_EXE_caustics")])
+        .current_dir(dir.folder())
+        .args(["-c", line, BINARY])
         .timeout(std::time::Duration::from_secs(60))
         .output()
         .unwrap();
@@ -82,29 +65,29 @@ fn fault(run: &Run, code: i32, words: &[&str]) -> Option<String> {
     Some(format!("{fault}: {}", run.stderr))
 }
 
-/// Runs in `folder`, and demands a refusal with this exit code and these words that leaves the folder as it was.
+/// Runs the program, which must refuse with this exit code and these words and leave the folder as it was.
 #[track_caller]
-fn refuses(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
-    let before = listing(folder);
-    let run = caustics(folder, arguments);
+fn refuses(dir: &TestDir, arguments: &[&str], code: i32, words: &[&str]) {
+    let before = listing(dir.folder());
+    let run = dir.run(arguments);
     if let Some(fault) = fault(&run, code, words) {
         panic!("{arguments:?}: {fault}");
     }
-    assert_eq!(listing(folder), before, "{arguments:?} left something behind");
+    assert_eq!(listing(dir.folder()), before, "{arguments:?} left something behind");
 }
 
-/// Renders `scene` with more options into `out.exr` of its folder, and demands a refusal.
+/// Renders `scene` with more options into `out.exr` of its folder, which must be refused.
 #[track_caller]
-fn render_refuses(folder: &Path, scene: &str, options: &[&str], code: i32, words: &[&str]) {
+fn render_refuses(dir: &TestDir, scene: &str, options: &[&str], code: i32, words: &[&str]) {
     let arguments = [&["render", scene, "-o", "out.exr"], &TINY[..], options].concat();
-    refuses(folder, &arguments, code, words);
+    refuses(dir, &arguments, code, words);
 }
 
 /// A committed scene, to be spoilt: its document and its buffer.
 pub struct Scene {
     pub json: Value,
     binary: Vec<u8>,
-    folder: TempDir,
+    pub dir: TestDir,
 }
 
 impl Scene {
@@ -112,17 +95,13 @@ impl Scene {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
         let json = serde_json::from_slice(&std::fs::read(source.join("scene.gltf")).unwrap()).unwrap();
         let binary = std::fs::read(source.join("scene.bin")).unwrap();
-        Scene { json, binary, folder: tempfile::tempdir().unwrap() }
-    }
-
-    pub fn path(&self) -> &Path {
-        self.folder.path()
+        Scene { json, binary, dir: TestDir::new() }
     }
 
     /// Writes `scene.gltf` and `scene.bin`.
     pub fn write(&self) -> &Self {
-        std::fs::write(self.path().join("scene.gltf"), serde_json::to_vec(&self.json).unwrap()).unwrap();
-        std::fs::write(self.path().join("scene.bin"), &self.binary).unwrap();
+        self.dir.write("scene.gltf", serde_json::to_vec(&self.json).unwrap());
+        self.dir.write("scene.bin", &self.binary);
         self
     }
 
@@ -169,9 +148,8 @@ impl Scene {
     fn replaces(&self, words: &[&str]) {
         self.write();
         let words = [&["scene.gltf"], words].concat();
-        render_refuses(self.path(), "scene.gltf", &["--strict"], 1, &words);
-        let run = caustics(self.path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        render_refuses(&self.dir, "scene.gltf", &["--strict"], 1, &words);
+        let run = self.dir.succeeds(&[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
         let is_named =
             |line: &str| line.starts_with("warning: ") && words.iter().all(|word| line.contains(word));
         assert!(run.stderr.lines().any(is_named), "{words:?}: {}", run.stderr);
@@ -180,7 +158,7 @@ impl Scene {
     #[track_caller]
     fn refuses(&self, code: i32, words: &[&str]) {
         self.write();
-        render_refuses(self.path(), "scene.gltf", &[], code, &[&["scene.gltf"], words].concat());
+        render_refuses(&self.dir, "scene.gltf", &[], code, &[&["scene.gltf"], words].concat());
     }
 }
 
@@ -198,10 +176,9 @@ fn faults_are_found() {
 fn a_proper_scene_renders() {
     let scene = Scene::new("mirror-room");
     scene.write();
-    std::fs::write(scene.path().join("whole.glb"), scene.container()).unwrap();
+    scene.dir.write("whole.glb", scene.container());
     for (file, out) in [("scene.gltf", "a.exr"), ("whole.glb", "b.exr")] {
-        let run = caustics(scene.path(), &[&["render", file, "-o", out], &TINY[..]].concat());
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
-        assert!(scene.path().join(out).is_file());
+        scene.dir.succeeds(&[&["render", file, "-o", out], &TINY[..]].concat());
+        assert!(scene.dir.path(out).is_file());
     }
 }

@@ -6,35 +6,20 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
-use assert_cmd::Command;
 use caustics::scene::{Scene, resolve};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::trace::Tracer;
 use serde_json::{Value, json};
 
+use crate::test_dir::{BINARY, Run, TestDir};
+
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--light-paths", "2000"];
-const BINARY: &str = env!("CARGO_BIN_EXE_caustics");
 
-fn caustics(folder: &Path) -> Command {
-    let mut command = Command::new(BINARY);
-    command.current_dir(folder).timeout(Duration::from_secs(300));
-    command
-}
-
-/// Runs in a folder and gives stdout; the run must succeed.
+/// Renders on the CPU into `out`, which must succeed.
 #[track_caller]
-fn run(folder: &Path, arguments: &[&str]) -> String {
-    let output = caustics(folder).args(arguments).output().unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {stderr}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// Renders on the CPU into `out`.
-#[track_caller]
-fn render(folder: &Path, scene: &str, out: &str, options: &[&str]) -> String {
-    run(folder, &[&["render", scene, "-o", out, "--runner", "cpu"], options].concat())
+fn render(dir: &TestDir, scene: &str, out: &str, options: &[&str]) -> Run {
+    dir.succeeds(&[&["render", scene, "-o", out, "--runner", "cpu"], options].concat())
 }
 
 /// An EXR file: its size and its channels.
@@ -60,25 +45,24 @@ impl ExrImage {
 
 #[test]
 fn help_and_version_are_printed() {
-    let folder = tempfile::tempdir().unwrap();
-    assert!(run(folder.path(), &["--version"]).contains(env!("CARGO_PKG_VERSION")));
+    let dir = TestDir::new();
+    assert!(dir.succeeds(&["--version"]).stdout.contains(env!("CARGO_PKG_VERSION")));
     for arguments in [&["--help"][..], &["render", "--help"]] {
-        assert!(run(folder.path(), arguments).starts_with("Examples:"), "{arguments:?}");
+        assert!(dir.succeeds(arguments).stdout.starts_with("Examples:"), "{arguments:?}");
     }
 }
 
 #[test]
 fn scenes_are_listed_described_and_made() {
-    let folder = tempfile::tempdir().unwrap();
-    let list = run(folder.path(), &["scene", "list"]);
+    let dir = TestDir::new();
+    let list = dir.succeeds(&["scene", "list"]).stdout;
     for name in caustics_scenes::NAMES {
         assert!(list.lines().any(|line| line.starts_with(name)), "{name} is not in {list}");
     }
-    assert!(run(folder.path(), &["scene", "info", "mirror-room"]).contains("features "));
+    assert!(dir.succeeds(&["scene", "info", "mirror-room"]).stdout.contains("features "));
 
-    run(folder.path(), &["scene", "make", "ring", "-o", "made"]);
-    let info = run(folder.path(), &["scene", "info", "made/ring", "--json"]);
-    let info: Value = serde_json::from_str(&info).unwrap();
+    dir.succeeds(&["scene", "make", "ring", "-o", "made"]);
+    let info = dir.succeeds(&["scene", "info", "made/ring", "--json"]).json();
     assert_eq!(info["name"], "ring");
     assert_eq!(info["cameras"][0], "main");
     assert!(info["triangles"].as_u64().unwrap() > 1000);
@@ -88,19 +72,20 @@ fn scenes_are_listed_described_and_made() {
 
 /// Makes a scene, and renders it by its name: what `scene info` says of it.
 fn made_on_demand(name: &str) -> Value {
-    let folder = tempfile::tempdir().unwrap();
-    assert!(run(folder.path(), &["scene", "list"]).lines().any(|line| line.starts_with(&format!("{name} "))));
+    let dir = TestDir::new();
+    assert!(
+        dir.succeeds(&["scene", "list"]).stdout.lines().any(|line| line.starts_with(&format!("{name} ")))
+    );
     // Without -o it goes where the name is looked for.
     let file = format!("scenes/generated/{name}/scene.gltf");
-    let made = run(folder.path(), &["scene", "make", name]);
+    let made = dir.succeeds(&["scene", "make", name]).stdout;
     assert_eq!(Path::new(made.trim()), Path::new(&file));
-    let info = run(folder.path(), &["scene", "info", name, "--json"]);
-    let info: Value = serde_json::from_str(&info).unwrap();
+    let info = dir.succeeds(&["scene", "info", name, "--json"]).json();
     assert_eq!((&info["name"], &info["file"]), (&json!(name), &json!(file)));
     assert_eq!((&info["dropped_triangles"], &info["warnings"]), (&json!(0), &json!([])));
 
-    let report = render(folder.path(), name, "made.exr", &[&TINY[..], &["--json"]].concat());
-    let counters = &serde_json::from_str::<Value>(&report).unwrap()["counters"];
+    let report = render(&dir, name, "made.exr", &[&TINY[..], &["--json"]].concat()).json();
+    let counters = &report["counters"];
     assert!(counters["photons"].as_u64().unwrap() > 100, "{counters}");
     for fault in ["media_overflow", "non_finite", "clamped", "photons_dropped"] {
         assert_eq!(counters[fault], 0, "{fault}");
@@ -135,16 +120,16 @@ mod long {
 
 #[test]
 fn devices_are_listed_or_missed_with_exit_code_4() {
-    let folder = tempfile::tempdir().unwrap();
-    let output = caustics(folder.path()).args(["device", "--json"]).output().unwrap();
-    if output.status.code() == Some(0) {
-        let devices: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let dir = TestDir::new();
+    let run = dir.run(&["device", "--json"]);
+    if run.code == Some(0) {
+        let devices = run.json();
         let devices = devices.as_array().unwrap();
         assert!(!devices.is_empty());
         assert!(devices.iter().all(|device| device["name"].is_string() && device["usable"].is_boolean()));
-        assert!(run(folder.path(), &["device"]).contains("ray queries:"));
+        assert!(dir.succeeds(&["device"]).stdout.contains("ray queries:"));
     } else {
-        assert_eq!(output.status.code(), Some(4));
+        assert_eq!(run.code, Some(4));
     }
 
     // A driver that is not there, whatever the machine has.
@@ -153,37 +138,34 @@ fn devices_are_listed_or_missed_with_exit_code_4() {
         &["render", "ring", "-o", "out.exr", "--runner", "gpu"],
         &["view", "ring", "--port", "0", "--runner", "gpu"],
     ] {
-        let mut command = caustics(folder.path());
+        let mut command = dir.command(arguments);
         command.env("VK_DRIVER_FILES", "/missing.json").env("VK_ICD_FILENAMES", "/missing.json");
-        let output = command.args(arguments).output().unwrap();
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(4), "{arguments:?}: {stderr}");
-        assert!(stderr.starts_with("error: ") && stderr.contains("--runner cpu"), "{stderr}");
+        let run = Run::from_output(command.output().unwrap());
+        run.expect_refusal(arguments, 4, &["--runner cpu"]);
+        assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
     }
-    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+    assert_eq!(dir.folder().read_dir().unwrap().count(), 0);
 }
 
 #[test]
 fn a_folder_without_kernels_is_refused_before_a_device_is_looked_for() {
-    let folder = tempfile::tempdir().unwrap();
-    let render = |runner| {
-        let mut command = caustics(folder.path());
-        command.env("CAUSTICS_KERNELS", "none").args(["render", "ring", "-o", "out.exr"]).args(TINY);
-        command.args(["--runner", runner]).output().unwrap()
+    let dir = TestDir::new();
+    let render = |runner: &str| {
+        let arguments = [&["render", "ring", "-o", "out.exr"], &TINY[..], &["--runner", runner]].concat();
+        let output = dir.command(&arguments).env("CAUSTICS_KERNELS", "none").output().unwrap();
+        Run::from_output(output)
     };
-    let output = render("gpu");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    let Run { code, stderr, .. } = render("gpu");
+    assert_eq!(code, Some(1), "{stderr}");
     assert!(stderr.contains("kernels.lock is missing") && stderr.contains("--runner cpu"), "{stderr}");
-    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
-    assert_eq!(render("cpu").status.code(), Some(0));
+    assert_eq!(dir.folder().read_dir().unwrap().count(), 0);
+    assert_eq!(render("cpu").code, Some(0));
 }
 
 #[test]
 fn a_render_reports_times_counters_needs_and_device() {
-    let folder = tempfile::tempdir().unwrap();
-    let report = render(folder.path(), "mirror-room", "out.exr", &[&TINY[..], &["--json"]].concat());
-    let report: Value = serde_json::from_str(&report).unwrap();
+    let dir = TestDir::new();
+    let report = render(&dir, "mirror-room", "out.exr", &[&TINY[..], &["--json"]].concat()).json();
     for pass in
         ["collect", "shoot.guided", "index.photons_grid.fill", "gather.photons_grid", "resolve", "display"]
     {
@@ -207,10 +189,10 @@ fn a_render_reports_times_counters_needs_and_device() {
 
 #[test]
 fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let options = ["--png", "out.png", "--width", "48", "--height", "27", "--light-paths", "200000"];
-    render(folder.path(), "mirror-room", "out.exr", &options);
-    let image = ExrImage::read(&folder.path().join("out.exr"));
+    render(&dir, "mirror-room", "out.exr", &options);
+    let image = ExrImage::read(&dir.path("out.exr"));
     assert_eq!(image.size, (48, 27));
     let names: Vec<_> = image.channels.keys().map(String::as_str).collect();
     let expected = [
@@ -238,20 +220,20 @@ fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
         assert!(*photons == 0.0 || *depth > 0.0);
     }
 
-    let png = image::open(folder.path().join("out.png")).unwrap().into_rgb8();
+    let png = image::open(dir.path("out.png")).unwrap().into_rgb8();
     assert_eq!(png.dimensions(), (48, 27));
     assert!(png.pixels().any(|pixel| pixel.0.iter().any(|&value| value > 32)));
 }
 
 #[test]
 fn more_frames_have_less_noise() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let noise = |frames: &str| {
         let [a, b] = ["1", "2"].map(|seed| {
             let options = ["--frames", frames, "--seed", seed, "--pixel-filter", "centre", "--force"];
             let options = [&TINY[..], &options].concat();
-            render(folder.path(), "mirror-room", "out.exr", &options);
-            ExrImage::read(&folder.path().join("out.exr"))
+            render(&dir, "mirror-room", "out.exr", &options);
+            ExrImage::read(&dir.path("out.exr"))
         });
         // The path layer: caustics of so few paths are a handful of bright pixels.
         let pairs = a.channels["path.G"].iter().zip(&b.channels["path.G"]);
@@ -267,12 +249,12 @@ fn more_frames_have_less_noise() {
 
 #[test]
 fn code_that_a_scene_does_not_need_changes_no_bit() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     for scene in ["mirror-room", "ring"] {
         let options = [&TINY[..], &["--force"]].concat();
-        render(folder.path(), scene, "scene.exr", &options);
-        render(folder.path(), scene, "all.exr", &[&options[..], &["--features", "all"]].concat());
-        let [a, b] = ["scene.exr", "all.exr"].map(|file| ExrImage::read(&folder.path().join(file)));
+        render(&dir, scene, "scene.exr", &options);
+        render(&dir, scene, "all.exr", &[&options[..], &["--features", "all"]].concat());
+        let [a, b] = ["scene.exr", "all.exr"].map(|file| ExrImage::read(&dir.path(file)));
         assert!(a.channels == b.channels, "{scene}");
     }
 }
@@ -280,7 +262,7 @@ fn code_that_a_scene_does_not_need_changes_no_bit() {
 /// Passes are compiled twice for the CPU; which of them makes an image, and by which BVH its rays are traced, is not to be seen.
 #[test]
 fn every_cpu_makes_the_same_bits() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let runs = [
         ("mirror-room", &["--frames", "3"][..]),
         ("glossy-room", &["--method", "yang2021", "--light-sampler", "power"]),
@@ -289,13 +271,11 @@ fn every_cpu_makes_the_same_bits() {
     for (scene, options) in runs {
         let [any, best] = ["0", "1"].map(|avx2| {
             let out = format!("{avx2}.exr");
-            let mut command = caustics(folder.path());
-            command
-                .env("CAUSTICS_AVX2", avx2)
-                .args(["render", scene, "-o", &out, "--runner", "cpu", "--force"]);
-            let output = command.args(TINY).args(options).output().unwrap();
-            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            ExrImage::read(&folder.path().join(out))
+            let render = ["render", scene, "-o", &out, "--runner", "cpu", "--force"];
+            let arguments = [&render[..], &TINY, options].concat();
+            let output = dir.command(&arguments).env("CAUSTICS_AVX2", avx2).output().unwrap();
+            Run::from_output(output).expect_success(&arguments);
+            ExrImage::read(&dir.path(&out))
         });
         assert!(any.sum("G") > 0.0 && any.channels == best.channels, "{scene} {options:?}");
     }
@@ -303,13 +283,12 @@ fn every_cpu_makes_the_same_bits() {
 
 #[test]
 fn a_scene_without_casters_shoots_nothing() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     for features in ["scene", "all"] {
         let options = [&TINY[..], &["--force", "--json", "--features", features]].concat();
-        let report: Value =
-            serde_json::from_str(&render(folder.path(), "plain-room", "out.exr", &options)).unwrap();
+        let report = render(&dir, "plain-room", "out.exr", &options).json();
         assert_eq!(report["counters"]["light_rays"], 0);
-        let image = ExrImage::read(&folder.path().join("out.exr"));
+        let image = ExrImage::read(&dir.path("out.exr"));
         for name in ["caustics.R", "caustics.G", "caustics.B", "photons.count"] {
             assert!(image.channels[name].iter().all(|&value| value == 0.0), "{name} --features {features}");
         }
@@ -334,15 +313,10 @@ fn mirror_region(width: usize, height: usize) -> Vec<bool> {
 
 #[test]
 fn caustics_of_the_mirror_room_are_seen_in_the_mirror() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let (width, height) = (480, 270);
-    render(
-        folder.path(),
-        "mirror-room",
-        "out.exr",
-        &["--width", "480", "--height", "270", "--preset", "frame"],
-    );
-    let image = ExrImage::read(&folder.path().join("out.exr"));
+    render(&dir, "mirror-room", "out.exr", &["--width", "480", "--height", "270", "--preset", "frame"]);
+    let image = ExrImage::read(&dir.path("out.exr"));
     let region = mirror_region(width, height);
     let (mut inside, mut all) = (0.0, 0.0);
     for (pixel, &mirror) in region.iter().enumerate() {
@@ -365,27 +339,25 @@ fn caustics_of_the_mirror_room_are_seen_in_the_mirror() {
 
 #[test]
 fn a_gpu_renders_under_validation() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let options = ["render", "mirror-room", "-o", "out.exr", "--runner", "gpu", "--debug", "validation"];
-    let output = caustics(folder.path()).args([&options[..], &TINY].concat()).output().unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    let absent =
-        output.status.code() == Some(4) || stderr.contains("VK_LAYER_KHRONOS_validation, which is not");
+    let Run { code, stderr, .. } = dir.run(&[&options[..], &TINY].concat());
+    let absent = code == Some(4) || stderr.contains("VK_LAYER_KHRONOS_validation, which is not");
     if absent && std::env::var_os("CAUSTICS_REQUIRE_GPU").is_none_or(|value| value != "1") {
         println!("skipped: {stderr}");
         return;
     }
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
-    let image = ExrImage::read(&folder.path().join("out.exr"));
+    assert_eq!(code, Some(0), "{stderr}");
+    let image = ExrImage::read(&dir.path("out.exr"));
     assert!(image.sum("path.G") > 0.0 && image.sum("photons.count") > 0.0);
 }
 
 #[cfg(unix)]
 #[test]
 fn ctrl_c_saves_what_is_done() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let mut child = std::process::Command::new(BINARY)
-        .current_dir(folder.path())
+        .current_dir(dir.folder())
         .args(["render", "mirror-room", "-o", "out.exr", "--runner", "cpu", "--frames", "10000000", "--json"])
         .args(TINY)
         .stdout(Stdio::piped())
@@ -404,16 +376,16 @@ fn ctrl_c_saves_what_is_done() {
 
     let report: Value = serde_json::from_str(&report).unwrap();
     assert!((1..10_000_000).contains(&report["frames"].as_u64().unwrap()));
-    let image = ExrImage::read(&folder.path().join("out.exr"));
+    let image = ExrImage::read(&dir.path("out.exr"));
     assert_eq!(image.size, (32, 18));
     // The image, and the checkpoint that --resume goes on from.
-    assert_eq!(folder.path().read_dir().unwrap().count(), 2);
-    assert!(folder.path().join("out.exr.checkpoint").exists());
+    assert_eq!(dir.folder().read_dir().unwrap().count(), 2);
+    assert!(dir.path("out.exr.checkpoint").exists());
 }
 
 #[test]
 fn renamed_options_and_variables_are_refused_with_their_new_names() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     for (arguments, variable, expected) in [
         (
             &["render", "ring", "--connections", "power"][..],
@@ -426,11 +398,8 @@ fn renamed_options_and_variables_are_refused_with_their_new_names() {
             "CAUSTICS_TREES_MIB is called CAUSTICS_BVH_CACHE_MIB now",
         ),
     ] {
-        let mut command = caustics(folder.path());
-        command.args(arguments).envs(variable.map(|name| (name, "64")));
-        let output = command.output().unwrap();
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{stderr}");
-        assert!(stderr.contains(expected), "{stderr}");
+        let mut command = dir.command(arguments);
+        command.envs(variable.map(|name| (name, "64")));
+        Run::from_output(command.output().unwrap()).expect_refusal(arguments, 2, &[expected]);
     }
 }

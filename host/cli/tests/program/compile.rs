@@ -5,8 +5,10 @@ use std::process::{Command, Output};
 use caustics::kernels::Source;
 use serde_json::Value;
 
+use crate::test_dir::BINARY;
+
 fn compile(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
+    let mut command = Command::new(BINARY);
     command.args(["device", "--compile"]).args(arguments).output().unwrap()
 }
 
@@ -71,7 +73,6 @@ fn what_is_unknown_is_named() {
         }
     }
     // What belongs to --compile is refused without.
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_caustics")).args(["device", "--pass", "display"]).output().unwrap();
+    let output = Command::new(BINARY).args(["device", "--pass", "display"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
 }

@@ -1,25 +1,22 @@
 //! `--denoiser` as a person uses it.
 
-use std::path::Path;
-use std::process::Output;
-
-use assert_cmd::Command;
 use serde_json::Value;
 
-fn render(folder: &Path, out: &str, options: &[&str]) -> Output {
+use crate::test_dir::{Run, TestDir};
+
+fn render(dir: &TestDir, out: &str, options: &[&str]) -> Run {
     let size = ["--width", "64", "--height", "36", "--light-paths", "2000", "--runner", "cpu", "--json"];
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-    command.current_dir(folder).args(["render", "mirror-room", "-o", out]).args(size).args(options);
-    command.output().unwrap()
+    dir.run(&[&["render", "mirror-room", "-o", out], &size[..], options].concat())
 }
 
-fn report(output: &Output) -> Value {
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+/// Renders, which must succeed, and returns the report.
+#[track_caller]
+fn report(dir: &TestDir, out: &str, options: &[&str]) -> Value {
+    render(dir, out, options).expect_success(options).json()
 }
 
-fn channel(folder: &Path, file: &str, name: &str) -> Vec<f32> {
-    let image = exr::prelude::read_first_flat_layer_from_file(folder.join(file)).unwrap();
+fn channel(dir: &TestDir, file: &str, name: &str) -> Vec<f32> {
+    let image = exr::prelude::read_first_flat_layer_from_file(dir.path(file)).unwrap();
     let list = image.layer_data.channel_data.list;
     let found = list.iter().find(|channel| channel.name.to_string() == name).unwrap();
     found.sample_data.values_as_f32().collect()
@@ -27,14 +24,13 @@ fn channel(folder: &Path, file: &str, name: &str) -> Vec<f32> {
 
 #[test]
 fn a_filter_has_its_own_time_and_leaves_caustics_alone() {
-    let folder = tempfile::tempdir().unwrap();
-    let plain = report(&render(folder.path(), "plain.exr", &["--emission", "aimed"]));
-    let smooth =
-        report(&render(folder.path(), "smooth.exr", &["--denoiser", "atrous", "--emission", "aimed"]));
+    let dir = TestDir::new();
+    let plain = report(&dir, "plain.exr", &["--emission", "aimed"]);
+    let smooth = report(&dir, "smooth.exr", &["--denoiser", "atrous", "--emission", "aimed"]);
     assert_eq!((&plain["denoiser"], &smooth["denoiser"]), (&"none".into(), &"atrous".into()));
     assert!(plain["pass_ms"]["denoise.atrous"].is_null());
     assert!(smooth["pass_ms"]["denoise.atrous"].as_f64().unwrap() > 0.0);
-    let both = |name| ["plain.exr", "smooth.exr"].map(|file| channel(folder.path(), file, name));
+    let both = |name| ["plain.exr", "smooth.exr"].map(|file| channel(&dir, file, name));
     let [before, after] = both("caustics.G");
     assert!(before == after && before.iter().any(|&value| value > 0.0));
     let [before, after] = both("path.G");
@@ -46,10 +42,10 @@ fn a_filter_has_its_own_time_and_leaves_caustics_alone() {
 /// What a run is must not depend on where functions lie in memory: two processes write the same settings.
 #[test]
 fn settings_of_a_filtered_run_are_the_same_in_every_process() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let settings = ["a.exr", "b.exr"].map(|file| {
-        report(&render(folder.path(), file, &["--denoiser", "atrous"]));
-        let image = exr::prelude::read_first_flat_layer_from_file(folder.path().join(file)).unwrap();
+        report(&dir, file, &["--denoiser", "atrous"]);
+        let image = exr::prelude::read_first_flat_layer_from_file(dir.path(file)).unwrap();
         let other = image.layer_data.attributes.other;
         other
             .iter()
@@ -62,9 +58,8 @@ fn settings_of_a_filtered_run_are_the_same_in_every_process() {
 
 #[test]
 fn methods_without_points_have_no_filter() {
-    let folder = tempfile::tempdir().unwrap();
-    let output = render(folder.path(), "out.exr", &["--denoiser", "atrous", "--method", "path"]);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(stderr.contains("--denoiser atrous") && stderr.contains("--method basic"), "{stderr}");
+    let dir = TestDir::new();
+    let options = ["--denoiser", "atrous", "--method", "path"];
+    let words = ["--denoiser atrous", "--method basic"];
+    render(&dir, "out.exr", &options).expect_refusal(&options, 2, &words);
 }

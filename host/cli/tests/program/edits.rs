@@ -1,69 +1,49 @@
 //! `--edits`: what a file changes is in the image, and is part of what a run is.
 
-use std::path::Path;
-
-use assert_cmd::Command;
 use caustics::image_file::Channels;
-use serde_json::Value;
-use tempfile::TempDir;
+
+use crate::test_dir::{Run, TestDir};
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
 const PATHS: [&str; 2] = ["--light-paths", "2000"];
 /// Its nodes are a plane, a ring, a lamp and a camera.
 const SCENE: &str = "ring";
 
-/// A folder with files of edits.
-fn desk() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-    write("moved.toml", "nodes = [{ node = 1, name = \"ring\", translation = [0.1, 0, 0] }]");
-    write("seen.toml", "camera = { from = [0.3, 0.5, 0.4], look_at = [0, 0, 0], fov = 50 }");
-    write(
+/// Makes a folder with files of edits.
+fn dir_with_edits() -> TestDir {
+    let dir = TestDir::new();
+    dir.write("moved.toml", "nodes = [{ node = 1, name = \"ring\", translation = [0.1, 0, 0] }]");
+    dir.write("seen.toml", "camera = { from = [0.3, 0.5, 0.4], look_at = [0, 0, 0], fov = 50 }");
+    dir.write(
         "keys.toml",
         "keys = [{ time = 0, nodes = [{ node = 1, translation = [0, 0, 0] }] },
                  { time = 1, nodes = [{ node = 1, translation = [0.2, 0, 0] }] }]",
     );
-    write("other.toml", "nodes = [{ node = 1, name = \"vase\" }]");
-    folder
+    dir.write("other.toml", "nodes = [{ node = 1, name = \"vase\" }]");
+    dir
 }
 
-/// Exit code, stdout and stderr.
-fn run(folder: &TempDir, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-    command
-        .current_dir(folder.path())
-        .args(arguments)
-        .args(TINY)
-        .timeout(std::time::Duration::from_secs(120));
-    let output = command.output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code(), text(&output.stdout), text(&output.stderr))
+/// Runs the program on tiny images, which must succeed.
+#[track_caller]
+fn done(dir: &TestDir, arguments: &[&str]) -> Run {
+    dir.succeeds(&[arguments, &TINY].concat())
 }
 
 #[track_caller]
-fn done(folder: &TempDir, arguments: &[&str]) -> String {
-    let (code, stdout, stderr) = run(folder, arguments);
-    assert_eq!(code, Some(0), "{arguments:?}: {stderr}");
-    stdout
+fn refused(dir: &TestDir, arguments: &[&str], code: i32, words: &str) {
+    dir.refuses(&[arguments, &TINY].concat(), code, &[words]);
 }
 
-#[track_caller]
-fn refused(folder: &TempDir, arguments: &[&str], code: i32, words: &str) {
-    let (found, _, stderr) = run(folder, arguments);
-    assert_eq!(found, Some(code), "{arguments:?}: {stderr}");
-    assert!(stderr.contains(words), "{arguments:?}: {stderr}");
-}
-
-fn image(folder: &TempDir, name: &str) -> Channels {
-    Channels::read(&Path::new(folder.path()).join(name)).unwrap()
+fn image(dir: &TestDir, name: &str) -> Channels {
+    Channels::read(&dir.path(name)).unwrap()
 }
 
 #[test]
 fn render_shows_what_a_file_changes() {
-    let desk = desk();
+    let dir = dir_with_edits();
     let render = |out: &str, options: &[&str]| {
-        done(&desk, &[&["render", SCENE, "--frames", "1", "-o", out], &PATHS[..], options].concat());
-        image(&desk, out)
+        done(&dir, &[&["render", SCENE, "--frames", "1", "-o", out], &PATHS[..], options].concat());
+        image(&dir, out)
     };
     let plain = render("plain.exr", &[]);
     let moved = render("moved.exr", &["--edits", "moved.toml"]);
@@ -77,59 +57,59 @@ fn render_shows_what_a_file_changes() {
     let placed = render("placed.exr", &["--from", "0.3,0.5,0.4", "--look-at", "0,0,0", "--fov", "50"]);
     assert_eq!(seen.layer(""), placed.layer(""));
     assert_eq!(seen.attributes["camera"], placed.attributes["camera"]);
-    done(&desk, &["reference", SCENE, "--spp", "2", "-o", "r.exr", "--edits", "moved.toml"]);
+    done(&dir, &["reference", SCENE, "--spp", "2", "-o", "r.exr", "--edits", "moved.toml"]);
 }
 
 #[test]
 fn edits_that_are_of_something_else_are_refused() {
-    let desk = desk();
+    let dir = dir_with_edits();
     let render =
         |options: &[&'static str]| [&["render", SCENE, "--frames", "1", "-o", "a.exr"], options].concat();
-    refused(&desk, &render(&["--edits", "none.toml"]), 1, "none.toml: cannot be read");
+    refused(&dir, &render(&["--edits", "none.toml"]), 1, "none.toml: cannot be read");
     refused(
-        &desk,
+        &dir,
         &render(&["--edits", "other.toml"]),
         1,
         "node 1 is called \"ring\", but the edits are of \"vase\"",
     );
     for camera in [["--camera", "main"], ["--fov", "30"]] {
         let options = [&["--edits", "seen.toml"], &camera[..]].concat();
-        refused(&desk, &render(&options), 2, "--edits seen.toml: the file says where the camera is");
+        refused(&dir, &render(&options), 2, "--edits seen.toml: the file says where the camera is");
     }
     // The camera of the file moves no node: another may be looked through.
-    done(&desk, &render(&["--edits", "moved.toml", "--fov", "30"]));
+    done(&dir, &render(&["--edits", "moved.toml", "--fov", "30"]));
     // No image takes the place of the edits.
-    std::fs::copy(desk.path().join("moved.toml"), desk.path().join("edits.exr")).unwrap();
+    std::fs::copy(dir.path("moved.toml"), dir.path("edits.exr")).unwrap();
     let over = ["render", SCENE, "-o", "edits.exr", "--edits", "edits.exr", "--force"];
-    refused(&desk, &over, 2, "is a file of the scene");
+    refused(&dir, &over, 2, "is a file of the scene");
     let over =
         ["animate", SCENE, "-o", "edits-#.exr", "--frames", "0..2", "--edits", "edits-1.exr", "--force"];
-    std::fs::copy(desk.path().join("moved.toml"), desk.path().join("edits-1.exr")).unwrap();
-    refused(&desk, &over, 2, "is a file of the scene");
+    std::fs::copy(dir.path("moved.toml"), dir.path("edits-1.exr")).unwrap();
+    refused(&dir, &over, 2, "is a file of the scene");
     assert_eq!(
-        std::fs::read(desk.path().join("edits-1.exr")).unwrap(),
-        std::fs::read(desk.path().join("moved.toml")).unwrap()
+        std::fs::read(dir.path("edits-1.exr")).unwrap(),
+        std::fs::read(dir.path("moved.toml")).unwrap()
     );
 }
 
 #[test]
 fn animate_plays_the_keys_of_edits() {
-    let desk = desk();
+    let dir = dir_with_edits();
     let animate = [&["animate", SCENE, "-o", "f/##.exr", "--fps", "4", "--json"], &PATHS[..]].concat();
-    refused(&desk, &animate, 2, "nothing moves in ring");
-    refused(&desk, &[&animate[..], &["--edits", "moved.toml"]].concat(), 2, "nothing moves in ring");
+    refused(&dir, &animate, 2, "nothing moves in ring");
+    refused(&dir, &[&animate[..], &["--edits", "moved.toml"]].concat(), 2, "nothing moves in ring");
     let keyed = [&animate[..], &["--edits", "keys.toml"]].concat();
-    let report: Value = serde_json::from_str(&done(&desk, &keyed)).unwrap();
+    let report = done(&dir, &keyed).json();
     assert_eq!((&report["first"], &report["end"]), (&0.into(), &4.into()));
-    let frames: Vec<_> = (0..4).map(|frame| image(&desk, &format!("f/0{frame}.exr"))).collect();
+    let frames: Vec<_> = (0..4).map(|frame| image(&dir, &format!("f/0{frame}.exr"))).collect();
     assert!(frames.windows(2).all(|pair| pair[0].layer("caustics") != pair[1].layer("caustics")));
 
     // Frames of other edits are not gone on from, even where no key has come yet.
-    std::fs::remove_file(desk.path().join("f/03.exr")).unwrap();
-    let text = std::fs::read_to_string(desk.path().join("keys.toml")).unwrap();
-    std::fs::write(desk.path().join("keys.toml"), text.replace("0.2", "0.3")).unwrap();
-    refused(&desk, &keyed, 2, "belongs to another run: its edits is");
-    std::fs::write(desk.path().join("keys.toml"), text).unwrap();
-    done(&desk, &keyed);
-    assert_eq!(image(&desk, "f/03.exr").layer(""), frames[3].layer(""));
+    std::fs::remove_file(dir.path("f/03.exr")).unwrap();
+    let text = std::fs::read_to_string(dir.path("keys.toml")).unwrap();
+    dir.write("keys.toml", text.replace("0.2", "0.3"));
+    refused(&dir, &keyed, 2, "belongs to another run: its edits is");
+    dir.write("keys.toml", text);
+    done(&dir, &keyed);
+    assert_eq!(image(&dir, "f/03.exr").layer(""), frames[3].layer(""));
 }

@@ -1,13 +1,11 @@
 //! Filters of pixels and of textures where nobody names them: means of frames show what the reference shows.
 
-use std::path::Path;
-
-use assert_cmd::Command;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use caustics::image_file::Channels;
 use serde_json::{Value, json};
-use tempfile::TempDir;
+
+use crate::test_dir::TestDir;
 
 const SIZE: usize = 32;
 /// Independent runs of each mean.
@@ -15,7 +13,7 @@ const SEEDS: usize = 8;
 
 /// A mirror whose normal map leans every other column of texels to the left, in a dim room; what is not leant reflects a lamp. A
 /// pixel covers many columns: their mean lies level.
-fn mirror() -> TempDir {
+fn mirror() -> TestDir {
     let columns = image::RgbImage::from_fn(256, 4, |x, _| {
         let lean = if x % 2 == 0 { 0.3f64 } else { -0.3 };
         let length = (1.0 + lean * lean).sqrt();
@@ -81,29 +79,25 @@ fn mirror() -> TempDir {
         "bufferViews": [view(0, 48), view(48, 48), view(96, 32), view(128, 12)],
         "buffers": [{ "byteLength": bytes.len(), "uri": uri("application/octet-stream", &bytes) }],
     });
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("mirror.gltf"), document.to_string()).unwrap();
-    folder
+    let dir = TestDir::new();
+    dir.write("mirror.gltf", document.to_string());
+    dir
 }
 
-/// The green values of an image, and the report of its run.
-fn render(folder: &Path, options: &[&str]) -> (Vec<f32>, Value) {
+/// Renders, which must succeed, and returns the green values of the image and the report.
+fn render(dir: &TestDir, options: &[&str]) -> (Vec<f32>, Value) {
     let size = SIZE.to_string();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-    command.current_dir(folder).args(["render", "mirror.gltf", "-o", "a.exr", "--force", "--json"]);
-    command
-        .args(["--runner", "cpu", "--light-paths", "500", "--width", &size, "--height", &size])
-        .args(options);
-    let output = command.output().unwrap();
-    assert!(output.status.success(), "{options:?}: {}", String::from_utf8_lossy(&output.stderr));
-    let image = Channels::read(&folder.join("a.exr")).unwrap();
-    (image.layer("").unwrap()[1].to_vec(), serde_json::from_slice(&output.stdout).unwrap())
+    let files = ["render", "mirror.gltf", "-o", "a.exr", "--force", "--json"];
+    let tiny = ["--runner", "cpu", "--light-paths", "500", "--width", &size, "--height", &size];
+    let report = dir.succeeds(&[&files[..], &tiny, options].concat()).json();
+    let image = Channels::read(&dir.path("a.exr")).unwrap();
+    (image.layer("").unwrap()[1].to_vec(), report)
 }
 
 /// Mean and standard error of an image's middle, and of all of it, over independent runs.
-fn means(folder: &Path, options: &[&str], first: usize) -> [[f64; 2]; 2] {
+fn means(dir: &TestDir, options: &[&str], first: usize) -> [[f64; 2]; 2] {
     let runs: Vec<Vec<f32>> = (first..first + SEEDS)
-        .map(|seed| render(folder, &[&["--seed", &seed.to_string()], options].concat()).0)
+        .map(|seed| render(dir, &[&["--seed", &seed.to_string()], options].concat()).0)
         .collect();
     let middle = |id: usize| [id % SIZE, id / SIZE].iter().all(|at| (12..20).contains(at));
     let estimate = |is_in: &dyn Fn(usize) -> bool| {
@@ -127,11 +121,10 @@ fn sigmas([a, error_a]: [f64; 2], [b, error_b]: [f64; 2]) -> f64 {
 
 #[test]
 fn means_of_frames_show_a_normal_mapped_mirror_as_the_reference_does() {
-    let folder = mirror();
-    let folder = folder.path();
-    let reference = means(folder, &["--method", "path", "--frames", "64"], 100);
+    let dir = mirror();
+    let reference = means(&dir, &["--method", "path", "--frames", "64"], 100);
     for method in ["basic", "progressive", "kim2019"] {
-        let found = means(folder, &["--method", method, "--frames", "32"], 0);
+        let found = means(&dir, &["--method", method, "--frames", "32"], 0);
         for (region, (found, reference)) in
             ["middle", "all"].into_iter().zip(found.into_iter().zip(reference))
         {
@@ -145,16 +138,15 @@ fn means_of_frames_show_a_normal_mapped_mirror_as_the_reference_does() {
         }
     }
     // Averaged normals would show it much brighter: this test can fail.
-    let wrong = means(folder, &["--method", "basic", "--frames", "32", "--texture-filter", "cone"], 0);
+    let wrong = means(&dir, &["--method", "basic", "--frames", "32", "--texture-filter", "cone"], 0);
     println!("cone: middle {:.4}, all {:.4}", wrong[0][0] / reference[0][0], wrong[1][0] / reference[1][0]);
     assert!(sigmas(wrong[0], reference[0]) > 10.0, "{wrong:?}, reference {reference:?}");
 }
 
 #[test]
 fn a_frame_by_itself_and_filters_that_are_named_stay_as_they_are() {
-    let folder = mirror();
-    let folder = folder.path();
-    let filter = |options: &[&str]| render(folder, options).1["texture_filter"].clone();
+    let dir = mirror();
+    let filter = |options: &[&str]| render(&dir, options).1["texture_filter"].clone();
     for (options, expected) in [
         (&["--frames", "1"][..], "cone"),
         (&["--frames", "2"], "finest"),

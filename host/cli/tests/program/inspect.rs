@@ -1,20 +1,17 @@
 //! `caustics inspect`: what it prints, and what it refuses.
 
-use std::process::Command;
+use serde_json::json;
 
-use serde_json::{Value, json};
+use crate::test_dir::{Run, TestDir};
 
 const VIEW: [&str; 8] = ["--width", "64", "--height", "36", "--runner", "cpu", "--light-paths", "20000"];
 
-/// Exit code, stdout and stderr.
-fn inspect(arguments: &[&str]) -> (i32, String, String) {
-    let folder = tempfile::tempdir().unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-    let output =
-        command.current_dir(folder.path()).arg("inspect").args(arguments).args(VIEW).output().unwrap();
-    assert_eq!(folder.path().read_dir().unwrap().count(), 0, "it writes no file");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+/// Runs `caustics inspect` with options, which must write no file.
+fn inspect(options: &[&str]) -> Run {
+    let dir = TestDir::new();
+    let run = dir.run(&[&["inspect"], options, &VIEW].concat());
+    assert_eq!(dir.folder().read_dir().unwrap().count(), 0, "it writes no file");
+    run
 }
 
 #[test]
@@ -22,10 +19,11 @@ fn a_pixel_is_told_as_a_table_and_as_json() {
     // A pixel of the caustic, whatever the frame.
     let options = ["mirror-room", "--pixel", "24,22", "--method", "basic"];
     for frame in ["0", "2"] {
-        let run = |more: &[&str]| inspect(&[&options[..], &["--frame", frame], more].concat());
-        let (code, json, stderr) = run(&["--json"]);
-        assert_eq!(code, 0, "{stderr}");
-        let inspection: Value = serde_json::from_str(&json).unwrap();
+        let run = |more: &[&str]| {
+            let options = [&options[..], &["--frame", frame], more].concat();
+            inspect(&options).expect_success(&options)
+        };
+        let inspection = run(&["--json"]).json();
         let photons = &inspection["photons"];
         assert_eq!(
             (&inspection["pixel"], &inspection["frame"]),
@@ -39,7 +37,7 @@ fn a_pixel_is_told_as_a_table_and_as_json() {
             photons["some"].as_array().unwrap().len()
         );
 
-        let (_, table, _) = run(&[]);
+        let table = run(&[]).stdout;
         let count = &photons["count"];
         assert!(table.contains(&format!("\nphotons: {count} of 20000 light paths, ")), "{table}");
         assert!(table.contains("collection point: lambert"), "{table}");
@@ -51,10 +49,10 @@ fn a_pixel_is_told_as_a_table_and_as_json() {
 #[test]
 fn pixels_that_are_none_are_refused() {
     for (pixel, hint) in [("64,0", "64 by 36"), ("0,36", "64 by 36"), ("5", "300,400"), ("-1,2", "300,400")] {
-        let (code, stdout, stderr) = inspect(&["mirror-room", "--pixel", pixel]);
-        assert_eq!((code, stdout.as_str()), (2, ""), "{pixel}: {stderr}");
+        let Run { code, stdout, stderr } = inspect(&["mirror-room", "--pixel", pixel]);
+        assert_eq!((code, stdout.as_str()), (Some(2), ""), "{pixel}: {stderr}");
         assert!(stderr.contains("--pixel") && stderr.contains(hint), "{stderr}");
     }
-    let (code, _, stderr) = inspect(&["mirror-room", "--pixel", "1,1", "--frame", "4294967295"]);
-    assert_eq!(code, 2, "{stderr}");
+    let options = ["mirror-room", "--pixel", "1,1", "--frame", "4294967295"];
+    inspect(&options).expect_refusal(&options, 2, &[]);
 }

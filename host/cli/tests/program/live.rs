@@ -2,26 +2,27 @@
 
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use caustics::image_file::Channels;
 
+use crate::test_dir::{BINARY, Run, TestDir};
+
 const VIEW: [&str; 8] = ["render", "mirror-room", "--width", "32", "--height", "18", "--runner", "cpu"];
 const PIXELS: usize = 32 * 18;
 
-fn render(folder: &Path, options: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-    command.current_dir(folder).args(VIEW).args(options).stderr(Stdio::piped()).env("SOURCE_DATE_EPOCH", "0");
-    command
+/// Runs a render to its end.
+fn run(dir: &TestDir, options: &[&str]) -> Run {
+    let mut command = dir.command(&[&VIEW, options].concat());
+    Run::from_output(command.env("SOURCE_DATE_EPOCH", "0").output().unwrap())
 }
 
-/// Runs to the end: exit code and stderr.
-fn run(folder: &Path, options: &[&str]) -> (i32, String) {
-    let output = render(folder, options).output().unwrap();
-    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+/// Runs a render, which must end with this exit code and print every word to stderr.
+#[track_caller]
+fn refuses(dir: &TestDir, options: &[&str], code: i32, words: &[&str]) {
+    run(dir, options).expect_refusal(options, code, words);
 }
 
 /// Ends a process with its test.
@@ -36,10 +37,12 @@ impl Drop for Ended {
 
 #[test]
 fn the_png_is_there_and_whole_before_the_run_is_done_and_changes_nothing() {
-    let desk = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let endless = ["-o", "endless.exr", "--png", "endless.png", "--refresh", "0", "--frames", "1000000"];
-    let mut child = Ended(render(desk.path(), &endless).spawn().unwrap());
-    let (path, begin) = (desk.path().join("endless.png"), Instant::now());
+    let mut command = Command::new(BINARY);
+    command.current_dir(dir.folder()).args(VIEW).args(endless).stderr(Stdio::piped());
+    let mut child = Ended(command.env("SOURCE_DATE_EPOCH", "0").spawn().unwrap());
+    let (path, begin) = (dir.path("endless.png"), Instant::now());
     let mut seen = Vec::<Vec<u8>>::new();
     while seen.len() < 4 {
         assert!(begin.elapsed() < Duration::from_secs(120), "{} images", seen.len());
@@ -56,21 +59,18 @@ fn the_png_is_there_and_whole_before_the_run_is_done_and_changes_nothing() {
     let finite = |name: &str, options: &[&str]| {
         let (exr, png) = (format!("{name}.exr"), format!("{name}.png"));
         let files = ["-o", &exr, "--png", &png, "--frames", "3"];
-        let (code, stderr) = run(desk.path(), &[&files, options].concat());
-        assert_eq!(code, 0, "{stderr}");
-        [exr, png].map(|file| std::fs::read(desk.path().join(file)).unwrap())
+        run(&dir, &[&files, options].concat()).expect_success(options);
+        [exr, png].map(|file| std::fs::read(dir.path(&file)).unwrap())
     };
     assert!(finite("plain", &[]) == finite("shown", &["--refresh", "0"]));
 
     for (options, words) in
         [(&["--refresh", "1"][..], "--png or --tev"), (&["--png", "a.png", "--refresh", "-1"], "--refresh")]
     {
-        let (code, stderr) = run(desk.path(), &[&["-o", "a.exr"], options].concat());
-        assert!(code == 2 && stderr.contains(words), "{stderr}");
+        refuses(&dir, &[&["-o", "a.exr"], options].concat(), 2, &[words]);
     }
     // Nor is a PNG of somebody else overwritten.
-    let (code, stderr) = run(desk.path(), &["-o", "b.exr", "--png", "plain.png", "--refresh", "0"]);
-    assert!(code == 2 && stderr.contains("--force"), "{stderr}");
+    refuses(&dir, &["-o", "b.exr", "--png", "plain.png", "--refresh", "0"], 2, &["--force"]);
 }
 
 /// What tev reads of a packet, in the order in which it stands there (tev: include/tev/Ipc.h, src/Ipc.cpp).
@@ -129,18 +129,17 @@ fn images(stream: &mut TcpStream) -> Vec<Vec<f32>> {
 
 #[test]
 fn tev_is_sent_the_picture_while_it_converges() {
-    let desk = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let viewer = thread::spawn(move || images(&mut listener.accept().unwrap().0));
     let options = ["-o", "a.exr", "--frames", "3", "--tev", &address, "--refresh", "0"];
-    let (code, stderr) = run(desk.path(), &options);
-    assert_eq!(code, 0, "{stderr}");
+    run(&dir, &options).expect_success(&options);
     let images = viewer.join().unwrap();
     // After each frame, and when all is done.
     assert_eq!(images.len(), 4);
     assert!(images[0] != images[1] && images[1] != images[2] && images[2] == images[3]);
-    let file = Channels::read(&desk.path().join("a.exr")).unwrap();
+    let file = Channels::read(&dir.path("a.exr")).unwrap();
     for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
         assert!(images[3].iter().skip(channel).step_by(3).eq(&file.channels[name]), "{name}");
     }
@@ -148,7 +147,7 @@ fn tev_is_sent_the_picture_while_it_converges() {
 
 #[test]
 fn a_viewer_that_is_not_there_is_told_and_one_that_goes_ends_no_run() {
-    let desk = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let viewer = thread::spawn(move || {
@@ -156,11 +155,12 @@ fn a_viewer_that_is_not_there_is_told_and_one_that_goes_ends_no_run() {
         Packet::read(&mut stream).expect("a packet");
     });
     let options = ["-o", "a.exr", "--frames", "40", "--tev", &address, "--refresh", "0"];
-    let (code, stderr) = run(desk.path(), &options);
+    let run = run(&dir, &options);
     viewer.join().unwrap();
-    assert!(code == 0 && stderr.contains("tev is sent no more"), "{stderr}");
-    assert!(desk.path().join("a.exr").exists());
+    let stderr = run.expect_success(&options).stderr;
+    assert!(stderr.contains("tev is sent no more"), "{stderr}");
+    assert!(dir.path("a.exr").exists());
     // Nobody listens there any more.
-    let (code, stderr) = run(desk.path(), &["-o", "b.exr", "--tev", &address]);
-    assert!(code == 1 && stderr.contains("start tev") && !desk.path().join("b.exr").exists(), "{stderr}");
+    refuses(&dir, &["-o", "b.exr", "--tev", &address], 1, &["start tev"]);
+    assert!(!dir.path("b.exr").exists());
 }

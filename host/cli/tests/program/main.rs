@@ -18,4 +18,7 @@ mod reference;
 mod schema;
 mod shards;
 mod staging;
+#[path = "../fixture/test_dir.rs"]
+#[allow(dead_code)] // Each of the two binaries uses a part.
+mod test_dir;
 mod view;

@@ -4,67 +4,42 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use assert_cmd::Command;
 use caustics::image_file::Channels;
 use serde_json::{Value, json};
 
-const BINARY: &str = env!("CARGO_BIN_EXE_caustics");
+use crate::test_dir::{BINARY, Run, TestDir};
+
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
 
-struct Run {
-    code: Option<i32>,
-    stdout: String,
-    stderr: String,
-}
-
-fn caustics(folder: &Path, arguments: &[&str]) -> Run {
-    let output = Command::new(BINARY)
-        .current_dir(folder)
-        .args(arguments)
-        .timeout(Duration::from_secs(120))
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    Run { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
-}
-
-/// Runs; it must succeed.
+/// Renders a reference of the mirror room, which must succeed.
 #[track_caller]
-fn run(folder: &Path, arguments: &[&str]) -> Run {
-    let run = caustics(folder, arguments);
-    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
-    run
+fn reference(dir: &TestDir, out: &str, options: &[&str]) -> Run {
+    dir.succeeds(&[&["reference", "mirror-room", "-o", out], &TINY[..], options].concat())
 }
 
-/// A reference of the mirror room.
-#[track_caller]
-fn reference(folder: &Path, out: &str, options: &[&str]) -> Run {
-    run(folder, &[&["reference", "mirror-room", "-o", out], &TINY[..], options].concat())
+fn channels(dir: &TestDir, file: &str) -> Channels {
+    Channels::read(&dir.path(file)).unwrap()
 }
 
-fn channels(folder: &Path, file: &str) -> Channels {
-    Channels::read(&folder.join(file)).unwrap()
-}
-
-/// Files of a folder.
-fn files(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> =
-        folder.read_dir().unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+/// Returns the sorted names of the files of a folder.
+fn files(dir: &TestDir) -> Vec<String> {
+    let entries = dir.folder().read_dir().unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
 }
 
 /// Starts a run, waits until its checkpoint is there, ends it by this signal; its exit code.
-fn end_early(folder: &Path, arguments: &[&str], checkpoint: &str, signal: &str) -> Option<i32> {
+fn end_early(dir: &TestDir, arguments: &[&str], checkpoint: &str, signal: &str) -> Option<i32> {
     let mut child = std::process::Command::new(BINARY)
-        .current_dir(folder)
+        .current_dir(dir.folder())
         .args(arguments)
         .stdout(std::process::Stdio::null())
         .stderr(std::process::Stdio::null())
         .spawn()
         .unwrap();
     let start = Instant::now();
-    while !folder.join(checkpoint).exists() {
+    while !dir.path(checkpoint).exists() {
         assert!(start.elapsed() < Duration::from_secs(60), "there is no checkpoint");
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -75,24 +50,23 @@ fn end_early(folder: &Path, arguments: &[&str], checkpoint: &str, signal: &str) 
 
 #[test]
 fn a_reference_holds_mean_variance_and_number_of_samples() {
-    let folder = tempfile::tempdir().unwrap();
-    let report = reference(folder.path(), "a.exr", &["--spp", "80", "--json", "--png", "a.png"]);
-    let report: Value = serde_json::from_str(&report.stdout).unwrap();
+    let dir = TestDir::new();
+    let report = reference(&dir, "a.exr", &["--spp", "80", "--json", "--png", "a.png"]).json();
     assert_eq!((&report["method"], &report["frames"]), (&"path".into(), &80.into()));
     assert!(report["rates"]["camera_paths_per_s"].as_f64().unwrap() > 1000.0);
-    let image = channels(folder.path(), "a.exr");
+    let image = channels(&dir, "a.exr");
     let names: Vec<&str> = image.channels.keys().map(String::as_str).collect();
     assert_eq!(names, ["B", "G", "R", "samples.count", "variance.B", "variance.G", "variance.R"]);
     assert!(image.channels["samples.count"].iter().all(|&samples| samples == 80.0));
-    assert_eq!(files(folder.path()), ["a.exr", "a.png"]);
+    assert_eq!(files(&dir), ["a.exr", "a.png"]);
 
     // The variance that the file states is the one between independent runs.
     let (mut square, mut stated) = (0.0, 0.0);
     for seed in 1..=12 {
         let (left, right) = (format!("{seed}"), format!("{}", 100 + seed));
-        reference(folder.path(), "l.exr", &["--spp", "16", "--seed", &left, "--force"]);
-        reference(folder.path(), "r.exr", &["--spp", "16", "--seed", &right, "--force"]);
-        let (left, right) = (channels(folder.path(), "l.exr"), channels(folder.path(), "r.exr"));
+        reference(&dir, "l.exr", &["--spp", "16", "--seed", &left, "--force"]);
+        reference(&dir, "r.exr", &["--spp", "16", "--seed", &right, "--force"]);
+        let (left, right) = (channels(&dir, "l.exr"), channels(&dir, "r.exr"));
         for (pixel, (a, b)) in left.channels["G"].iter().zip(&right.channels["G"]).enumerate() {
             square += f64::from(a - b).powi(2);
             let variance = |run: &Channels| f64::from(run.channels["variance.G"][pixel]);
@@ -106,30 +80,29 @@ fn a_reference_holds_mean_variance_and_number_of_samples() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_or_killed_reference_goes_on_to_the_same_bits() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let common = [&["reference", "mirror-room"], &TINY[..], &["--spp", "1500"]].concat();
-    run(folder.path(), &[&common[..], &["-o", "whole.exr"]].concat());
-    let whole = channels(folder.path(), "whole.exr");
+    dir.succeeds(&[&common[..], &["-o", "whole.exr"]].concat());
+    let whole = channels(&dir, "whole.exr");
     for (signal, code) in [("INT", Some(130)), ("KILL", None)] {
         let part = [&common[..], &["-o", "part.exr", "--checkpoint-every", "0.05"]].concat();
-        assert_eq!(end_early(folder.path(), &part, "part.exr.checkpoint", signal), code);
+        assert_eq!(end_early(&dir, &part, "part.exr.checkpoint", signal), code);
         if signal == "INT" {
-            let partial = channels(folder.path(), "part.exr");
+            let partial = channels(&dir, "part.exr");
             assert!(partial.channels["samples.count"][0] < 1500.0, "the run was over too soon to tell");
         }
         // Without --resume nothing is given up unasked.
-        let refused = caustics(folder.path(), &part);
-        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+        dir.refuses(&part, 2, &[]);
 
-        std::fs::write(folder.path().join(".caustics-killed"), "part").unwrap();
+        dir.write(".caustics-killed", "part");
         let resume = ["-o", "part.exr", "--resume", "--threads", "1"];
-        run(folder.path(), &[&common[..], &resume].concat());
+        dir.succeeds(&[&common[..], &resume].concat());
         // Neither a lock nor what a killed run was about to write.
-        assert_eq!(files(folder.path()), ["part.exr", "whole.exr"], "after {signal}");
-        let resumed = channels(folder.path(), "part.exr");
+        assert_eq!(files(&dir), ["part.exr", "whole.exr"], "after {signal}");
+        let resumed = channels(&dir, "part.exr");
         assert_eq!(whole.channels, resumed.channels, "after {signal}");
-        assert!(!folder.path().join("part.exr.checkpoint").exists());
-        std::fs::remove_file(folder.path().join("part.exr")).unwrap();
+        assert!(!dir.path("part.exr.checkpoint").exists());
+        std::fs::remove_file(dir.path("part.exr")).unwrap();
     }
 }
 
@@ -137,10 +110,10 @@ fn an_interrupted_or_killed_reference_goes_on_to_the_same_bits() {
 /// otherwise; what a variance is worth stands in the file.
 #[test]
 fn means_take_the_box_and_say_what_their_variance_is_worth() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let rendered = |command: &str, options: &[&str]| {
-        run(folder.path(), &[&[command, "ring", "-o", "a.exr", "--force"], &TINY[..], options].concat());
-        channels(folder.path(), "a.exr").attributes
+        dir.succeeds(&[&[command, "ring", "-o", "a.exr", "--force"], &TINY[..], options].concat());
+        channels(&dir, "a.exr").attributes
     };
     let few = ["--light-paths", "100"];
     for (command, options, filter) in [
@@ -167,15 +140,15 @@ fn means_take_the_box_and_say_what_their_variance_is_worth() {
 #[cfg(unix)]
 #[test]
 fn a_render_that_learns_goes_on_to_the_same_bits() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     for learns in [["--emission", "guided"], ["--method", "yang2021"]] {
         let frames = ["render", "mirror-room", "--light-paths", "3000", "--frames", "100", "--force"];
         let common = [&frames[..], &learns, &TINY].concat();
-        run(folder.path(), &[&common[..], &["-o", "whole.exr"]].concat());
+        dir.succeeds(&[&common[..], &["-o", "whole.exr"]].concat());
         let part = [&common[..], &["-o", "part.exr", "--checkpoint-every", "0.05"]].concat();
-        assert_eq!(end_early(folder.path(), &part, "part.exr.checkpoint", "KILL"), None);
-        run(folder.path(), &[&part[..], &["--resume"]].concat());
-        let (whole, part) = (channels(folder.path(), "whole.exr"), channels(folder.path(), "part.exr"));
+        assert_eq!(end_early(&dir, &part, "part.exr.checkpoint", "KILL"), None);
+        dir.succeeds(&[&part[..], &["--resume"]].concat());
+        let (whole, part) = (channels(&dir, "whole.exr"), channels(&dir, "part.exr"));
         assert_eq!(whole.channels, part.channels, "{learns:?}");
     }
 }
@@ -183,34 +156,32 @@ fn a_render_that_learns_goes_on_to_the_same_bits() {
 #[cfg(unix)]
 #[test]
 fn a_progressive_render_goes_on_to_the_same_bits() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let frame = ["render", "mirror-room", "--method", "progressive", "--light-paths", "3000"];
     let frame = [&frame[..], &TINY].concat();
     let common = [&frame[..], &["--frames", "100"]].concat();
-    run(folder.path(), &[&common[..], &["-o", "whole.exr"]].concat());
+    dir.succeeds(&[&common[..], &["-o", "whole.exr"]].concat());
     let part = [&common[..], &["-o", "part.exr", "--checkpoint-every", "0.05"]].concat();
-    assert_eq!(end_early(folder.path(), &part, "part.exr.checkpoint", "KILL"), None);
-    run(folder.path(), &[&part[..], &["--resume"]].concat());
-    let (whole, part) = (channels(folder.path(), "whole.exr"), channels(folder.path(), "part.exr"));
+    assert_eq!(end_early(&dir, &part, "part.exr.checkpoint", "KILL"), None);
+    dir.succeeds(&[&part[..], &["--resume"]].concat());
+    let (whole, part) = (channels(&dir, "whole.exr"), channels(&dir, "part.exr"));
     assert_eq!(whole.channels, part.channels);
     // The radii of the mean are smaller than the first frame's.
-    run(folder.path(), &[&frame[..], &["-o", "one.exr"]].concat());
+    dir.succeeds(&[&frame[..], &["-o", "one.exr"]].concat());
     let radius = |image: &Channels| image.channels["points.radius"].iter().sum::<f32>();
-    assert!(radius(&whole) < 0.8 * radius(&channels(folder.path(), "one.exr")));
+    assert!(radius(&whole) < 0.8 * radius(&channels(&dir, "one.exr")));
 }
 
 #[test]
 fn a_checkpoint_of_another_run_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let missing =
-        caustics(folder.path(), &[&["reference", "ring", "-o", "a.exr", "--resume"], &TINY[..]].concat());
-    assert_eq!(missing.code, Some(2));
-    assert!(missing.stderr.contains("there is no a.exr.checkpoint"), "{}", missing.stderr);
+    let dir = TestDir::new();
+    let resume = [&["reference", "ring", "-o", "a.exr", "--resume"], &TINY[..]].concat();
+    dir.refuses(&resume, 2, &["there is no a.exr.checkpoint"]);
 
     let endless = [&["reference", "ring", "-o", "a.exr", "--spp", "100000000"], &TINY[..]].concat();
     let killed = [&endless[..], &["--checkpoint-every", "0.01"]].concat();
-    end_early(folder.path(), &killed, "a.exr.checkpoint", "KILL");
-    std::fs::write(folder.path().join("moved.toml"), "nodes = [{ node = 1, scale = [2, 2, 2] }]").unwrap();
+    end_early(&dir, &killed, "a.exr.checkpoint", "KILL");
+    dir.write("moved.toml", "nodes = [{ node = 1, scale = [2, 2, 2] }]");
     for (options, name) in [
         (&["--seed", "7"][..], "seed"),
         (&["--edits", "moved.toml"], "edits"),
@@ -218,44 +189,39 @@ fn a_checkpoint_of_another_run_is_refused() {
         (&["--pixel-filter", "centre"], "settings"),
         (&["--texture-filter", "cone"], "settings"),
     ] {
-        let other = caustics(folder.path(), &[&endless[..], options, &["--resume"]].concat());
-        assert_eq!(other.code, Some(2), "{}", other.stderr);
-        assert!(other.stderr.contains(&format!("its {name} is")), "{}", other.stderr);
+        let other = [&endless[..], options, &["--resume"]].concat();
+        dir.refuses(&other, 2, &[&format!("its {name} is")]);
     }
 }
 
 #[test]
 fn time_and_error_stop_a_reference() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let start = Instant::now();
-    reference(folder.path(), "time.exr", &["--seconds", "0.5"]);
+    reference(&dir, "time.exr", &["--seconds", "0.5"]);
     assert!(start.elapsed() >= Duration::from_millis(500));
-    let samples = |file| channels(folder.path(), file).channels["samples.count"][0];
+    let samples = |file| channels(&dir, file).channels["samples.count"][0];
     assert!(samples("time.exr") > 1.0);
     let report = |target: &str, out: &str| {
-        let run = reference(folder.path(), out, &["--target-relmse", target, "--json"]);
-        serde_json::from_str::<Value>(&run.stdout).unwrap()["estimated_relmse"].as_f64().unwrap()
+        let report = reference(&dir, out, &["--target-relmse", target, "--json"]).json();
+        report["estimated_relmse"].as_f64().unwrap()
     };
     assert!(report("0.05", "coarse.exr") <= 0.05 && report("0.005", "fine.exr") <= 0.005);
     assert!(samples("fine.exr") > 2.0 * samples("coarse.exr"));
     for (flag, value) in [("--spp", "1"), ("--seconds", "-1"), ("--target-relmse", "0"), ("--seconds", "nan")]
     {
-        let wrong = caustics(
-            folder.path(),
-            &[&["reference", "ring", "-o", "x.exr", flag, value], &TINY[..]].concat(),
-        );
-        assert_eq!(wrong.code, Some(2), "{flag} {value}: {}", wrong.stderr);
-        assert!(wrong.stderr.contains(flag), "{}", wrong.stderr);
+        let wrong = [&["reference", "ring", "-o", "x.exr", flag, value], &TINY[..]].concat();
+        dir.refuses(&wrong, 2, &[flag]);
     }
 }
 
 #[test]
 fn merged_references_weigh_by_samples() {
-    let folder = tempfile::tempdir().unwrap();
-    reference(folder.path(), "a.exr", &["--spp", "10", "--seed", "1"]);
-    reference(folder.path(), "b.exr", &["--spp", "30", "--seed", "2"]);
-    run(folder.path(), &["merge", "a.exr", "b.exr", "-o", "ab.exr"]);
-    let [a, b, ab] = ["a.exr", "b.exr", "ab.exr"].map(|file| channels(folder.path(), file));
+    let dir = TestDir::new();
+    reference(&dir, "a.exr", &["--spp", "10", "--seed", "1"]);
+    reference(&dir, "b.exr", &["--spp", "30", "--seed", "2"]);
+    dir.succeeds(&["merge", "a.exr", "b.exr", "-o", "ab.exr"]);
+    let [a, b, ab] = ["a.exr", "b.exr", "ab.exr"].map(|file| channels(&dir, file));
     let close = |x: f32, y: f32| (x - y).abs() <= 1e-6 * x.abs().max(y.abs());
     for pixel in 0..32 * 18 {
         let values = |name: &str| [&a, &b, &ab].map(|image| image.channels[name][pixel]);
@@ -268,17 +234,15 @@ fn merged_references_weigh_by_samples() {
     assert_eq!((&ab.attributes["seed"][..], &ab.attributes["frames"][..]), ("1, 2", "40"));
 
     // The same samples twice, other views, images that are no references.
-    reference(folder.path(), "deep.exr", &["--spp", "10", "--seed", "3", "--max-bounces", "7"]);
-    reference(folder.path(), "again.exr", &["--spp", "12", "--seed", "2"]);
-    run(folder.path(), &[&["render", "ring", "-o", "frame.exr", "--light-paths", "100"], &TINY[..]].concat());
+    reference(&dir, "deep.exr", &["--spp", "10", "--seed", "3", "--max-bounces", "7"]);
+    reference(&dir, "again.exr", &["--spp", "12", "--seed", "2"]);
+    dir.succeeds(&[&["render", "ring", "-o", "frame.exr", "--light-paths", "100"], &TINY[..]].concat());
     for (other, what) in
         [("again.exr", "share seed 2"), ("deep.exr", "differ in"), ("frame.exr", "has no mean")]
     {
-        let refused = caustics(folder.path(), &["merge", "ab.exr", other, "-o", "x.exr"]);
-        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
-        assert!(refused.stderr.contains(what), "{}", refused.stderr);
+        dir.refuses(&["merge", "ab.exr", other, "-o", "x.exr"], 2, &[what]);
     }
-    assert!(!folder.path().join("x.exr").exists());
+    assert!(!dir.path("x.exr").exists());
 }
 
 /// The mirror room with its document changed, as a file in this folder.
@@ -292,10 +256,10 @@ fn changed_room(folder: &Path, name: &str, change: impl FnOnce(&mut Value)) {
 
 #[test]
 fn another_view_of_the_same_name_is_not_merged() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let mut references = Vec::new();
     for (seed, x) in [("1", 0.0), ("2", 0.25)] {
-        changed_room(folder.path(), "room.gltf", |scene| {
+        changed_room(dir.folder(), "room.gltf", |scene| {
             let nodes = scene["nodes"].as_array_mut().unwrap();
             let camera = nodes.iter_mut().find(|node| node["camera"].is_number()).unwrap();
             // EXR has no room for this name, which must not cost the run.
@@ -309,23 +273,21 @@ fn another_view_of_the_same_name_is_not_merged() {
         });
         let out = format!("{seed}.exr");
         let room = ["reference", "room.gltf", "-o", &out, "--spp", "2", "--seed", seed];
-        run(folder.path(), &[&room[..], &TINY].concat());
+        dir.succeeds(&[&room[..], &TINY].concat());
         references.push(out);
     }
-    let refused = caustics(folder.path(), &["merge", &references[0], &references[1], "-o", "x.exr"]);
-    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
     // The camera's node is part of the scene that is compared first.
-    assert!(refused.stderr.contains("they are of two views"), "{}", refused.stderr);
-    let itself = caustics(folder.path(), &["merge", "1.exr", "2.exr", "-o", "1.exr", "--force"]);
-    assert!(itself.code == Some(2) && itself.stderr.contains("is the input"), "{}", itself.stderr);
+    let merge = ["merge", &references[0], &references[1], "-o", "x.exr"];
+    dir.refuses(&merge, 2, &["they are of two views"]);
+    dir.refuses(&["merge", "1.exr", "2.exr", "-o", "1.exr", "--force"], 2, &["is the input"]);
 }
 
 #[test]
 fn what_no_path_can_find_is_said() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = reference(folder.path(), "a.exr", &["--spp", "2"]);
-    assert!(!run.stderr.contains("progressive"), "area lights only: {}", run.stderr);
-    changed_room(folder.path(), "lit.gltf", |scene| {
+    let dir = TestDir::new();
+    let stderr = reference(&dir, "a.exr", &["--spp", "2"]).stderr;
+    assert!(!stderr.contains("progressive"), "area lights only: {stderr}");
+    changed_room(dir.folder(), "lit.gltf", |scene| {
         scene["extensions"]["KHR_lights_punctual"] = json!({ "lights": [{ "type": "point" }] });
         let nodes = scene["nodes"].as_array_mut().unwrap();
         nodes.push(json!({ "extensions": { "KHR_lights_punctual": { "light": 0 } } }));
@@ -333,22 +295,17 @@ fn what_no_path_can_find_is_said() {
         scene["scenes"][0]["nodes"].as_array_mut().unwrap().push(last.into());
     });
     let lit = ["reference", "lit.gltf", "-o", "b.exr", "--spp", "2"];
-    let run = self::run(folder.path(), &[&lit[..], &TINY].concat());
-    assert!(run.stderr.contains("--method progressive sees them"), "{}", run.stderr);
+    let stderr = dir.succeeds(&[&lit[..], &TINY].concat()).stderr;
+    assert!(stderr.contains("--method progressive sees them"), "{stderr}");
 }
 
 #[cfg(unix)]
 #[test]
 fn a_damaged_checkpoint_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let endless = [&["reference", "ring", "-o", "a.exr", "--spp", "100000000"], &TINY[..]].concat();
-    end_early(
-        folder.path(),
-        &[&endless[..], &["--checkpoint-every", "0.01"]].concat(),
-        "a.exr.checkpoint",
-        "KILL",
-    );
-    let checkpoint = folder.path().join("a.exr.checkpoint");
+    end_early(&dir, &[&endless[..], &["--checkpoint-every", "0.01"]].concat(), "a.exr.checkpoint", "KILL");
+    let checkpoint = dir.path("a.exr.checkpoint");
     let whole = std::fs::read(&checkpoint).unwrap();
     let goes_on = [&["reference", "ring", "-o", "a.exr", "--spp", "2", "--resume"], &TINY[..]].concat();
     let payload = whole.len() - 4 - 8 * 6 * 32 * 18;
@@ -356,21 +313,21 @@ fn a_damaged_checkpoint_is_refused() {
         let mut bytes = whole.clone();
         bytes[at] ^= 1 << bit;
         std::fs::write(&checkpoint, &bytes).unwrap();
-        let refused = caustics(folder.path(), &goes_on);
+        let refused = dir.run(&goes_on);
         assert_eq!(refused.code, Some(2), "byte {at}: {}", refused.stderr);
         assert!(refused.stderr.contains("a.exr.checkpoint is damaged"), "{}", refused.stderr);
-        assert!(!folder.path().join("a.exr").exists());
+        assert!(!dir.path("a.exr").exists());
     }
     std::fs::write(&checkpoint, &whole).unwrap();
-    run(folder.path(), &goes_on);
+    dir.succeeds(&goes_on);
 }
 
 /// Starts a run that does not end by itself, and waits until it is ready.
 #[cfg(unix)]
-fn start(folder: &Path, arguments: &[&str]) -> (std::process::Child, impl Iterator<Item = String> + use<>) {
+fn start(dir: &TestDir, arguments: &[&str]) -> (std::process::Child, impl Iterator<Item = String> + use<>) {
     use std::io::{BufRead, BufReader};
     let mut child = std::process::Command::new(BINARY)
-        .current_dir(folder)
+        .current_dir(dir.folder())
         .args(arguments)
         .stdout(std::process::Stdio::null())
         .stderr(std::process::Stdio::piped())
@@ -384,79 +341,75 @@ fn start(folder: &Path, arguments: &[&str]) -> (std::process::Child, impl Iterat
 #[cfg(unix)]
 #[test]
 fn two_runs_do_not_write_one_file() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let endless = [&["reference", "ring", "-o", "a.exr", "--spp", "100000000"], &TINY[..]].concat();
-    let (mut first, _lines) = start(folder.path(), &endless);
+    let (mut first, _lines) = start(&dir, &endless);
     let second = [&["reference", "ring", "-o", "./a.exr", "--spp", "2", "--force"], &TINY[..]].concat();
-    let refused = caustics(folder.path(), &second);
-    assert_eq!(refused.code, Some(1), "{}", refused.stderr);
-    assert!(refused.stderr.contains("another run writes ./a.exr"), "{}", refused.stderr);
-    assert!(refused.stderr.contains(".caustics-a.exr.lock"), "{}", refused.stderr);
-    reference(folder.path(), "b.exr", &["--spp", "2"]);
+    dir.refuses(&second, 1, &["another run writes ./a.exr", ".caustics-a.exr.lock"]);
+    reference(&dir, "b.exr", &["--spp", "2"]);
     // The system releases what a killed run held.
     first.kill().unwrap();
     first.wait().unwrap();
-    run(folder.path(), &second);
-    assert_eq!(files(folder.path()), ["a.exr", "b.exr"]);
+    dir.succeeds(&second);
+    assert_eq!(files(&dir), ["a.exr", "b.exr"]);
 }
 
 #[cfg(unix)]
 #[test]
 fn a_checkpoint_that_cannot_be_written_does_not_end_the_run() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let options = ["reference", "ring", "-o", "a.exr", "--seconds", "1", "--checkpoint-every", "0.3"];
-    let (mut child, lines) = start(folder.path(), &[&options[..], &TINY].concat());
+    let (mut child, lines) = start(&dir, &[&options[..], &TINY].concat());
     // No file goes where a folder is.
-    std::fs::create_dir(folder.path().join("a.exr.checkpoint")).unwrap();
+    std::fs::create_dir(dir.path("a.exr.checkpoint")).unwrap();
     let messages: Vec<String> = lines.collect();
     let warnings = messages.iter().filter(|line| line.contains("a checkpoint is not written"));
     assert_eq!(warnings.count(), 1, "{messages:?}");
     assert_eq!(child.wait().unwrap().code(), Some(0), "{messages:?}");
-    assert!(channels(folder.path(), "a.exr").channels["samples.count"][0] > 2.0);
+    assert!(channels(&dir, "a.exr").channels["samples.count"][0] > 2.0);
 }
 
 #[test]
 fn texts_in_the_header_are_utf_8() {
-    let folder = tempfile::tempdir().unwrap();
-    let room = folder.path().join("büro");
+    let dir = TestDir::new();
+    let room = dir.path("büro");
     std::fs::create_dir(&room).unwrap();
     changed_room(&room, "raum.gltf", |_| {});
     let file = "büro/raum.gltf";
-    run(folder.path(), &[&["reference", file, "-o", "a.exr", "--spp", "2"], &TINY[..]].concat());
-    let bytes = std::fs::read(folder.path().join("a.exr")).unwrap();
+    dir.succeeds(&[&["reference", file, "-o", "a.exr", "--spp", "2"], &TINY[..]].concat());
+    let bytes = std::fs::read(dir.path("a.exr")).unwrap();
     // As it stands in the file, and as it is read back.
     assert!(bytes.windows(file.len()).any(|window| window == file.as_bytes()));
-    assert_eq!(channels(folder.path(), "a.exr").attributes["scene_file"], file);
+    assert_eq!(channels(&dir, "a.exr").attributes["scene_file"], file);
 }
 
 #[test]
 fn equal_runs_are_equal_files_where_that_is_asked_for() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let file = |out: &str, epoch: Option<&str>| {
-        let mut command = Command::new(BINARY);
-        command.current_dir(folder.path()).args(["reference", "ring", "-o", out, "--spp", "2"]).args(TINY);
+        let arguments = [&["reference", "ring", "-o", out, "--spp", "2"], &TINY[..]].concat();
+        let mut command = dir.command(&arguments);
         command.env_remove("SOURCE_DATE_EPOCH").envs(epoch.map(|epoch| ("SOURCE_DATE_EPOCH", epoch)));
-        command.assert().success();
-        std::fs::read(folder.path().join(out)).unwrap()
+        Run::from_output(command.output().unwrap()).expect_success(&arguments);
+        std::fs::read(dir.path(out)).unwrap()
     };
     assert!(file("a.exr", Some("0")) == file("b.exr", Some("0")));
     file("c.exr", None);
-    assert!(channels(folder.path(), "c.exr").attributes["seconds"].parse::<f64>().unwrap() > 0.0);
-    assert!(!channels(folder.path(), "a.exr").attributes.contains_key("seconds"));
+    assert!(channels(&dir, "c.exr").attributes["seconds"].parse::<f64>().unwrap() > 0.0);
+    assert!(!channels(&dir, "a.exr").attributes.contains_key("seconds"));
 }
 
 #[cfg(unix)]
 #[test]
 fn an_input_is_not_overwritten_through_a_link() {
-    let folder = tempfile::tempdir().unwrap();
-    reference(folder.path(), "a.exr", &["--spp", "2", "--seed", "1"]);
-    reference(folder.path(), "b.exr", &["--spp", "2", "--seed", "2"]);
-    std::os::unix::fs::symlink("a.exr", folder.path().join("link.exr")).unwrap();
-    let before = std::fs::read(folder.path().join("a.exr")).unwrap();
+    let dir = TestDir::new();
+    reference(&dir, "a.exr", &["--spp", "2", "--seed", "1"]);
+    reference(&dir, "b.exr", &["--spp", "2", "--seed", "2"]);
+    std::os::unix::fs::symlink("a.exr", dir.path("link.exr")).unwrap();
+    let before = std::fs::read(dir.path("a.exr")).unwrap();
     for (input, out) in [("link.exr", "a.exr"), ("a.exr", "link.exr")] {
-        let refused = caustics(folder.path(), &["merge", input, "b.exr", "-o", out, "--force"]);
-        assert_eq!(refused.code, Some(2), "{}", refused.stderr);
-        assert!(refused.stderr.contains(&format!("-o {out} is the input {input}")), "{}", refused.stderr);
+        let merge = ["merge", input, "b.exr", "-o", out, "--force"];
+        dir.refuses(&merge, 2, &[&format!("-o {out} is the input {input}")]);
     }
-    assert_eq!(std::fs::read(folder.path().join("a.exr")).unwrap(), before);
+    assert_eq!(std::fs::read(dir.path("a.exr")).unwrap(), before);
 }

@@ -1,10 +1,11 @@
 //! What the program prints as JSON, and writes as results, against the schemas of docs/schema.
 
 use std::path::Path;
-use std::process::Command;
 
 use caustics::vulkan::{DeviceInfo, DeviceKind};
 use serde_json::{Value, json};
+
+use crate::test_dir::{Run, TestDir};
 
 /// The faults of a value by a part of a schema: the keywords that ours use, of JSON Schema 2020-12; others are refused.
 struct Check<'a> {
@@ -126,26 +127,20 @@ fn holds(name: &str, value: &Value) {
     }
 }
 
-/// What a command prints, as JSON.
+/// Returns the JSON that a run prints, which must succeed.
 #[track_caller]
-fn printed(folder: &Path, arguments: &[&str]) -> Value {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-    let output = command
-        .current_dir(folder)
-        .env("CAUSTICS_CACHE", folder.join("cache"))
-        .args(arguments)
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+fn printed(dir: &TestDir, arguments: &[&str]) -> Value {
+    let mut command = dir.command(arguments);
+    let output = command.env("CAUSTICS_CACHE", dir.path("cache")).output().unwrap();
+    Run::from_output(output).expect_success(arguments).json()
 }
 
 const TINY: [&str; 7] = ["--width", "32", "--height", "18", "--runner", "cpu", "--json"];
 
 #[test]
 fn pictures_and_scenes_are_described_as_the_schemas_say() {
-    let desk = tempfile::tempdir().unwrap();
-    let run = |arguments: &[&str]| printed(desk.path(), &[arguments, &TINY].concat());
+    let dir = TestDir::new();
+    let run = |arguments: &[&str]| printed(&dir, &[arguments, &TINY].concat());
     holds("render", &run(&["render", "mirror-room", "-o", "a.exr", "--frames", "2"]));
     for other in [
         run(&["render", "mirror-room", "-o", "b.exr", "--preset", "frame", "--no-ledger"]),
@@ -154,8 +149,8 @@ fn pictures_and_scenes_are_described_as_the_schemas_say() {
         assert_eq!(faults("render", &other), Vec::<String>::new());
     }
     holds("animate", &run(&["animate", "animated-camera", "-o", "f/#.exr", "--frames", "0..2"]));
-    holds("compare", &printed(desk.path(), &["compare", "a.exr", "c.exr", "--json"]));
-    holds("scene-info", &printed(desk.path(), &["scene", "info", "animated-camera", "--json"]));
+    holds("compare", &printed(&dir, &["compare", "a.exr", "c.exr", "--json"]));
+    holds("scene-info", &printed(&dir, &["scene", "info", "animated-camera", "--json"]));
     for method in ["basic", "kim2019", "path"] {
         let inspect = ["inspect", "mirror-room", "--pixel", "12,11", "--light-paths", "20000"];
         holds("inspect", &run(&[&inspect[..], &["--method", method]].concat()));
@@ -164,13 +159,13 @@ fn pictures_and_scenes_are_described_as_the_schemas_say() {
 
 #[test]
 fn results_are_as_the_schema_says() {
-    let desk = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let bench =
         ["bench", "animated-camera", "--measure", "time,error", "--frames", "2", "--gather", "photons-grid"];
     let options = ["--light-paths", "500", "--reference-frames", "2", "-o", "results"];
-    let list = printed(desk.path(), &[&bench[..], &options, &TINY].concat());
+    let list = printed(&dir, &[&bench[..], &options, &TINY].concat());
     holds("result", &list[0]);
-    let files = desk.path().join("results/cells").read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let files = dir.path("results/cells").read_dir().unwrap().map(|entry| entry.unwrap().path());
     let files: Vec<_> = files.filter(|path| path.extension().is_some_and(|end| end == "json")).collect();
     assert_eq!(files.len(), 1);
     let file: Value = serde_json::from_slice(&std::fs::read(&files[0]).unwrap()).unwrap();

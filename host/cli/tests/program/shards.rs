@@ -8,53 +8,48 @@ use std::time::{Duration, Instant};
 use caustics::image_file::Channels;
 use caustics_bench::store;
 
+use crate::test_dir::{BINARY, Run, TestDir};
+
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
 /// Frames that reuse nothing of each other.
 const APART: [&str; 4] = ["--emission", "aimed", "--light-paths", "500"];
 
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-    command.current_dir(folder).args(arguments).env("CAUSTICS_CACHE", folder.join("cache"));
+fn command(dir: &TestDir, arguments: &[&str]) -> Command {
+    let mut command = Command::new(BINARY);
+    command.current_dir(dir.folder()).args(arguments).env("CAUSTICS_CACHE", dir.path("cache"));
     for name in ["SLURM_ARRAY_TASK_ID", "PARALLEL_SEQ"] {
         command.env_remove(name);
     }
     command
 }
 
-/// Exit code and stderr.
-fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let output = command(folder, arguments).output().unwrap();
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+fn run(dir: &TestDir, arguments: &[&str]) -> Run {
+    Run::from_output(command(dir, arguments).output().unwrap())
 }
 
-/// Runs; it must succeed. What it says.
+/// Returns stderr of a run, which must succeed.
 #[track_caller]
-fn runs(folder: &Path, arguments: &[&str]) -> String {
-    let (code, stderr) = run(folder, arguments);
-    assert_eq!(code, Some(0), "{arguments:?}: {stderr}");
-    stderr
+fn runs(dir: &TestDir, arguments: &[&str]) -> String {
+    run(dir, arguments).expect_success(arguments).stderr
 }
 
-/// Runs; it must refuse, and say these words.
 #[track_caller]
-fn refuses(folder: &Path, arguments: &[&str], words: &[&str]) {
-    let (code, stderr) = run(folder, arguments);
-    assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
-    assert!(words.iter().all(|word| stderr.contains(word)), "{arguments:?}: {stderr}");
+fn refuses(dir: &TestDir, arguments: &[&str], words: &[&str]) {
+    run(dir, arguments).expect_refusal(arguments, 2, words);
 }
 
 /// Runs four shards at a time and kills the third once its first file is there; the arguments and that file are made of the number
 /// of a shard. It ends when the other three have ended well.
-fn run_three_of_four(folder: &Path, arguments: &dyn Fn(u32) -> Vec<String>, file: &str) {
+fn run_three_of_four(dir: &TestDir, arguments: &dyn Fn(u32) -> Vec<String>, file: &str) {
     let start = |number: u32| -> Child {
         let arguments = arguments(number);
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let mut command = command(folder, &arguments);
+        let mut command = command(dir, &arguments);
         command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
     };
     let mut shards: Vec<Child> = (1..=4).map(start).collect();
     let since = Instant::now();
-    while !folder.join(file).exists() {
+    while !dir.path(file).exists() {
         assert!(since.elapsed() < Duration::from_secs(100), "there is no {file}");
         std::thread::sleep(Duration::from_millis(1));
     }
@@ -70,9 +65,9 @@ fn shard_arguments(arguments: &[&str], number: u32) -> Vec<String> {
 }
 
 #[track_caller]
-fn run_shard(folder: &Path, arguments: &[&str], number: u32) -> String {
+fn run_shard(dir: &TestDir, arguments: &[&str], number: u32) -> String {
     let arguments = shard_arguments(arguments, number);
-    runs(folder, &arguments.iter().map(String::as_str).collect::<Vec<_>>())
+    runs(dir, &arguments.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 /// Files of a folder and their bytes.
@@ -106,7 +101,7 @@ fn assert_one(whole: &Channels, merged: &Channels) {
 
 #[test]
 fn shards_of_an_animation_are_its_frames() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let frames = |out| {
         [
             &["animate", "moving-caster", "-o", out, "--frames", "2..42", "--history", "none"],
@@ -115,51 +110,51 @@ fn shards_of_an_animation_are_its_frames() {
         ]
         .concat()
     };
-    runs(folder.path(), &frames("whole/##.exr"));
+    runs(&dir, &frames("whole/##.exr"));
     let parts = frames("parts/##.exr");
-    run_three_of_four(folder.path(), &|number| shard_arguments(&parts, number), "parts/22.exr");
-    let messages = run_shard(folder.path(), &parts, 3);
+    run_three_of_four(&dir, &|number| shard_arguments(&parts, number), "parts/22.exr");
+    let messages = run_shard(&dir, &parts, 3);
     assert!(!messages.contains("warning"), "{messages}");
-    let messages = runs(folder.path(), &parts);
+    let messages = runs(&dir, &parts);
     assert!(messages.contains("all 40 frames are there"), "{messages}");
-    assert!(files(&folder.path().join("parts")) == files(&folder.path().join("whole")));
+    assert!(files(&dir.path("parts")) == files(&dir.path("whole")));
     // PNGs have the exposure of the first frame, whoever renders it.
-    let messages = run_shard(folder.path(), &[&parts[..], &["--png"]].concat(), 2);
+    let messages = run_shard(&dir, &[&parts[..], &["--png"]].concat(), 2);
     assert!(messages.contains("the same command without --shard"), "{messages}");
-    assert!(!folder.path().join("parts/12.png").exists());
+    assert!(!dir.path("parts/12.png").exists());
 }
 
 #[test]
 fn shards_that_lend_from_frame_to_frame_are_runs_of_their_own() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let frames = [&["animate", "moving-caster", "-o", "f/#.exr", "--frames", "0..4"], &TINY[..]].concat();
-    let messages = run_shard(folder.path(), &frames, 2);
+    let messages = run_shard(&dir, &frames, 2);
     for option in
         ["--history validated", "--path-history validated", "--emission guided", "--light-paths auto"]
     {
         assert!(messages.contains(option), "{messages}");
     }
     assert!(messages.contains("is a run of its own from frame 1 on"), "{messages}");
-    refuses(folder.path(), &frames, &["first_frame", "\"1\", not \"0\""]);
+    refuses(&dir, &frames, &["first_frame", "\"1\", not \"0\""]);
     // Two at once have a state each, and go on by it.
-    run_shard(folder.path(), &frames, 1);
-    assert!(run_shard(folder.path(), &frames, 2).contains("all 1 frames are there"));
+    run_shard(&dir, &frames, 1);
+    assert!(run_shard(&dir, &frames, 2).contains("all 1 frames are there"));
     let mean = [&["render", "mirror-room", "-o", "a.exr", "--frames", "8"], &TINY[..]].concat();
-    let messages = run_shard(folder.path(), &mean, 2);
+    let messages = run_shard(&dir, &mean, 2);
     assert!(messages.contains("--emission guided and --light-paths auto reuse earlier frames"), "{messages}");
 }
 
 #[test]
 fn shards_of_a_reference_merge_to_it() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let samples = |out| [&["reference", "mirror-room", "-o", out, "--spp", "401"], &TINY[..]].concat();
-    runs(folder.path(), &samples("whole.exr"));
+    runs(&dir, &samples("whole.exr"));
     let parts = samples("part.exr");
     let third = "part.shard-3-of-4.sums";
     // The one that is killed keeps every frame.
     let often = [&parts[..], &["--checkpoint-every", "0"]].concat();
     run_three_of_four(
-        folder.path(),
+        &dir,
         &|number| shard_arguments(if number == 3 { &often } else { &parts }, number),
         third,
     );
@@ -170,71 +165,69 @@ fn shards_of_a_reference_merge_to_it() {
     };
     let merges = |names: &[&String]| {
         let arguments = merge(names);
-        run(folder.path(), &arguments.iter().map(String::as_str).collect::<Vec<_>>())
+        run(&dir, &arguments.iter().map(String::as_str).collect::<Vec<_>>())
     };
-    let (code, messages) = merges(&[&sums[0], &sums[2], &sums[3]]);
+    let Run { code, stderr: messages, .. } = merges(&[&sums[0], &sums[2], &sums[3]]);
     assert!(code == Some(2) && messages.contains("shards 2,3 of 4 are missing or not done"), "{messages}");
-    refuses(folder.path(), &[&parts[..], &["--shard", "3/4", "--seed", "1"]].concat(), &[third, "seed"]);
-    run_shard(folder.path(), &parts, 3);
-    let (code, messages) = merges(&[&sums[0], &sums[1], &sums[1], &sums[3]]);
+    refuses(&dir, &[&parts[..], &["--shard", "3/4", "--seed", "1"]].concat(), &[third, "seed"]);
+    run_shard(&dir, &parts, 3);
+    let Run { code, stderr: messages, .. } = merges(&[&sums[0], &sums[1], &sums[1], &sums[3]]);
     assert!(code == Some(2) && messages.contains("are both shard 2/4"), "{messages}");
     // In any order.
-    let (code, messages) = merges(&[&sums[3], &sums[1], &sums[0], &sums[2]]);
+    let Run { code, stderr: messages, .. } = merges(&[&sums[3], &sums[1], &sums[0], &sums[2]]);
     assert!(code == Some(0) && messages.contains("the mean of 401 frames from 4 shards"), "{messages}");
-    let [whole, merged] =
-        ["whole.exr", "part.exr"].map(|name| Channels::read(&folder.path().join(name)).unwrap());
+    let [whole, merged] = ["whole.exr", "part.exr"].map(|name| Channels::read(&dir.path(name)).unwrap());
     assert_one(&whole, &merged);
     // What is there is not rendered again.
-    let messages = run_shard(folder.path(), &parts, 1);
+    let messages = run_shard(&dir, &parts, 1);
     assert!(messages.contains("0 frames rendered"), "{messages}");
 
-    refuses(folder.path(), &["merge", "-o", "x.exr", &sums[0], "whole.exr"], &["alone"]);
+    refuses(&dir, &["merge", "-o", "x.exr", &sums[0], "whole.exr"], &["alone"]);
     for (options, word) in [
         (&["reference", "ring", "-o", "x.exr", "--seconds", "1"][..], "--spp"),
         (&["reference", "ring", "-o", "x.exr", "--spp", "3"], "at most 3 shards"),
         (&["render", "ring", "-o", "x.exr", "--preset", "final"], "--frames"),
         (&["render", "ring", "-o", "x.exr", "--frames", "8", "--png", "x.png"], "--png"),
     ] {
-        refuses(folder.path(), &[options, &["--shard", "2/4"], &TINY].concat(), &[word]);
+        refuses(&dir, &[options, &["--shard", "2/4"], &TINY].concat(), &[word]);
     }
 }
 
 #[test]
 fn shards_of_a_mean_have_all_its_layers() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let mean = |out| {
         let frames = ["render", "mirror-room", "-o", out, "--method", "progressive", "--frames", "11"];
         [&frames[..], &["--aov", "material,normal"], &TINY, &APART].concat()
     };
-    runs(folder.path(), &mean("whole.exr"));
+    runs(&dir, &mean("whole.exr"));
     for number in 1..=4 {
-        run_shard(folder.path(), &mean("part.exr"), number);
+        run_shard(&dir, &mean("part.exr"), number);
     }
     let sums = [1, 2, 3, 4].map(|number| format!("part.shard-{number}-of-4.sums"));
     let merge = ["merge", "-o", "part.exr", &sums[0], &sums[1], &sums[2], &sums[3]];
-    runs(folder.path(), &merge);
-    let [whole, merged] =
-        ["whole.exr", "part.exr"].map(|name| Channels::read(&folder.path().join(name)).unwrap());
+    runs(&dir, &merge);
+    let [whole, merged] = ["whole.exr", "part.exr"].map(|name| Channels::read(&dir.path(name)).unwrap());
     assert_one(&whole, &merged);
     assert!(whole.channels.contains_key("material.V") && whole.channels.contains_key("caustics.R"));
 }
 
 #[test]
 fn shards_of_a_sweep_merge_to_it() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let experiment = "[error]\nwidth = 16\nheight = 10\nseeds = 1\nreference_frames = 2\n\n[[matrix]]\n\
         scene = [\"mirror-room\"]\nrunner = [\"cpu\"]\nmethod = [\"basic\"]\nemission = [\"power\", \"aimed\"]\n\
         paths_per_pixel = [1, 2, 4, 8]\n";
-    std::fs::write(folder.path().join("e.toml"), experiment).unwrap();
-    runs(folder.path(), &["sweep", "e.toml", "-o", "whole"]);
+    dir.write("e.toml", experiment);
+    runs(&dir, &["sweep", "e.toml", "-o", "whole"]);
     let out = |number: u32| format!("part-{number}");
     let shard = |number: u32| shard_arguments(&["sweep", "e.toml", "-o", &out(number)], number);
-    run_three_of_four(folder.path(), &shard, "part-3/experiment.toml");
+    run_three_of_four(&dir, &shard, "part-3/experiment.toml");
     let again = shard(3);
-    runs(folder.path(), &again.iter().map(String::as_str).collect::<Vec<_>>());
-    runs(folder.path(), &["sweep", "--merge", "part-1", "part-2", "part-3", "part-4", "-o", "merged"]);
+    runs(&dir, &again.iter().map(String::as_str).collect::<Vec<_>>());
+    runs(&dir, &["sweep", "--merge", "part-1", "part-2", "part-3", "part-4", "-o", "merged"]);
     let errors = |name: &str| -> Vec<_> {
-        let results = store::read_all(&folder.path().join(name)).unwrap().into_iter();
+        let results = store::read_all(&dir.path(name)).unwrap().into_iter();
         results.map(|result| (result.identity, result.error)).collect()
     };
     assert_eq!(errors("whole").len(), 8);

@@ -1,24 +1,24 @@
 //! Files that lack a camera or a light are rendered all the same, and everything that they got is said and can be given again.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use assert_cmd::Command;
 use caustics::image_file::Channels;
 use serde_json::{Value, json};
-use tempfile::TempDir;
+
+use crate::test_dir::{Run, TestDir};
 
 const TINY: [&str; 10] =
     ["--width", "32", "--height", "18", "--light-paths", "2000", "--runner", "cpu", "--frames", "2"];
 
 /// `ring` in a folder, changed; the emissive strength of its lamp goes with the factor.
-fn changed(change: impl Fn(&mut Value)) -> TempDir {
+fn changed(change: impl Fn(&mut Value)) -> TestDir {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/ring");
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let mut json: Value = serde_json::from_slice(&std::fs::read(source.join("scene.gltf")).unwrap()).unwrap();
     change(&mut json);
-    std::fs::write(folder.path().join("scene.gltf"), serde_json::to_vec(&json).unwrap()).unwrap();
-    std::fs::copy(source.join("scene.bin"), folder.path().join("scene.bin")).unwrap();
-    folder
+    dir.write("scene.gltf", serde_json::to_vec(&json).unwrap());
+    std::fs::copy(source.join("scene.bin"), dir.path("scene.bin")).unwrap();
+    dir
 }
 
 fn without_camera(json: &mut Value) {
@@ -33,30 +33,20 @@ fn without_light(json: &mut Value) {
     }
 }
 
-/// Exit code and stderr of a run.
-fn run(folder: &TempDir, arguments: &[&str]) -> (Option<i32>, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-    command.current_dir(folder.path()).args(arguments).timeout(std::time::Duration::from_secs(120));
-    let output = command.output().unwrap();
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
-}
-
-/// Renders to `out`, which must succeed: the image and stderr.
+/// Renders to `out`, which must succeed, and returns the image and stderr.
 #[track_caller]
-fn render(folder: &TempDir, out: &str, options: &[&str]) -> (Channels, String) {
-    let arguments = [&["render", "scene.gltf", "-o", out], &TINY[..], options].concat();
-    let (code, stderr) = run(folder, &arguments);
-    assert_eq!(code, Some(0), "{options:?}: {stderr}");
-    (Channels::read(&PathBuf::from(folder.path()).join(out)).unwrap(), stderr)
+fn render(dir: &TestDir, out: &str, options: &[&str]) -> (Channels, String) {
+    let run = dir.succeeds(&[&["render", "scene.gltf", "-o", out], &TINY[..], options].concat());
+    (Channels::read(&dir.path(out)).unwrap(), run.stderr)
 }
 
 #[test]
 fn a_file_without_camera_and_light_is_rendered_and_says_how() {
-    let folder = changed(|json| {
+    let dir = changed(|json| {
         without_camera(json);
         without_light(json);
     });
-    let (image, stderr) = render(&folder, "a.exr", &[]);
+    let (image, stderr) = render(&dir, "a.exr", &[]);
     assert!(
         stderr.contains("no light in scene.gltf: lit by") && stderr.contains("--no-default-light"),
         "{stderr}"
@@ -71,62 +61,61 @@ fn a_file_without_camera_and_light_is_rendered_and_says_how() {
 
     // The options that were told, pasted, give the same bits.
     let pasted: Vec<&str> = camera.split(' ').collect();
-    let (again, _) = render(&folder, "b.exr", &pasted);
+    let (again, _) = render(&dir, "b.exr", &pasted);
     assert_eq!(again.layer(""), image.layer(""));
     assert_eq!(again.attributes["camera"], camera);
 
-    let (code, stderr) = run(&folder, &["render", "scene.gltf", "-o", "c.exr", "--no-default-light"]);
+    let Run { code, stderr, .. } = dir.run(&["render", "scene.gltf", "-o", "c.exr", "--no-default-light"]);
     assert_eq!(code, Some(1), "{stderr}");
     assert!(stderr.starts_with("error: scene.gltf: no light"), "{stderr}");
-    assert!(!folder.path().join("c.exr").exists());
+    assert!(!dir.path("c.exr").exists());
 }
 
 #[test]
 fn a_file_that_has_both_keeps_them() {
-    let folder = changed(|_| {});
-    let (image, stderr) = render(&folder, "a.exr", &["--no-default-light"]);
+    let dir = changed(|_| {});
+    let (image, stderr) = render(&dir, "a.exr", &["--no-default-light"]);
     assert!(!stderr.contains("no camera") && !stderr.contains("no light"), "{stderr}");
     assert!(!image.attributes.contains_key("light") && !image.attributes.contains_key("origin"));
     assert!(!image.attributes["camera"].contains("--from"));
 
     // Places replace its camera; the light stays.
-    let (other, stderr) = render(&folder, "b.exr", &["--from", "-1,2,1", "--fov", "60"]);
+    let (other, stderr) = render(&dir, "b.exr", &["--from", "-1,2,1", "--fov", "60"]);
     assert!(other.attributes["camera"].starts_with("--from -1,2,1 --look-at "), "{stderr}");
     assert_ne!(other.layer(""), image.layer(""));
-    let (orbit, _) = render(&folder, "c.exr", &["--camera", "orbit:-90,30"]);
+    let (orbit, _) = render(&dir, "c.exr", &["--camera", "orbit:-90,30"]);
     assert!(orbit.attributes["camera"].starts_with("--from -"), "{:?}", orbit.attributes["camera"]);
 }
 
 #[test]
 fn lamps_are_added_to_what_glows() {
-    let folder = changed(without_camera);
+    let dir = changed(without_camera);
     let sum = |image: &Channels| image.layer("").unwrap()[1].iter().sum::<f32>();
-    let (own, _) = render(&folder, "a.exr", &["--no-default-light"]);
+    let (own, _) = render(&dir, "a.exr", &["--no-default-light"]);
     assert!(!own.attributes.contains_key("light"));
     for (file, options, note) in [
         ("b.exr", &[][..], "no light but what its materials emit: lit by a spot"),
         ("c.exr", &["--default-light"], "beside its own light: a spot"),
     ] {
-        let (both, stderr) = render(&folder, file, options);
+        let (both, stderr) = render(&dir, file, options);
         assert!(stderr.contains(note), "{stderr}");
         assert!(both.attributes.contains_key("light") && sum(&both) > sum(&own));
     }
-    let (code, stderr) =
-        run(&folder, &["render", "scene.gltf", "-o", "d.exr", "--default-light", "--no-default-light"]);
-    assert_eq!(code, Some(2), "{stderr}");
+    let both = ["--default-light", "--no-default-light"];
+    dir.refuses(&[&["render", "scene.gltf", "-o", "d.exr"], &both[..]].concat(), 2, &[]);
 }
 
 /// A file that nothing but glowing surfaces lights is a scene where somebody says where the eye stands.
 #[test]
 fn what_glows_is_left_as_it_is_where_a_camera_is_placed() {
-    let folder = changed(without_camera);
-    let (own, _) = render(&folder, "a.exr", &["--no-default-light", "--from", "-1,2,1"]);
-    let (placed, stderr) = render(&folder, "b.exr", &["--from", "-1,2,1"]);
+    let dir = changed(without_camera);
+    let (own, _) = render(&dir, "a.exr", &["--no-default-light", "--from", "-1,2,1"]);
+    let (placed, stderr) = render(&dir, "b.exr", &["--from", "-1,2,1"]);
     assert!(!stderr.contains("lit by") && !placed.attributes.contains_key("light"), "{stderr}");
     assert_eq!(placed.layer(""), own.layer(""));
     let edits = "[camera]\nfrom = [-1.0, 2.0, 1.0]\nlook_at = [0.0, 0.0, 0.0]\nfov = 40.0\n";
-    std::fs::write(folder.path().join("edits.toml"), edits).unwrap();
-    let (edited, stderr) = render(&folder, "c.exr", &["--edits", "edits.toml"]);
+    dir.write("edits.toml", edits);
+    let (edited, stderr) = render(&dir, "c.exr", &["--edits", "edits.toml"]);
     assert!(!stderr.contains("lit by") && !edited.attributes.contains_key("light"), "{stderr}");
 
     // An orbit, a field and what is looked at go with a thing, as no option does; its camera can be given again with its light.
@@ -136,14 +125,14 @@ fn what_glows_is_left_as_it_is_where_a_camera_is_placed() {
         ("f.exr", &["--look-at", "0,0,0"]),
         ("g.exr", &[]),
     ] {
-        let (thing, stderr) = render(&folder, file, options);
+        let (thing, stderr) = render(&dir, file, options);
         assert!(
             stderr.contains("lit by") && stderr.contains("--default-light keeps"),
             "{options:?}: {stderr}"
         );
         let mut again: Vec<&str> = thing.attributes["camera"].split(' ').collect();
         again.push("--default-light");
-        let (again, _) = render(&folder, &format!("again-{file}"), &again);
+        let (again, _) = render(&dir, &format!("again-{file}"), &again);
         assert_eq!(again.layer(""), thing.layer(""), "{options:?}");
     }
 
@@ -158,7 +147,7 @@ fn what_glows_is_left_as_it_is_where_a_camera_is_placed() {
 
 #[test]
 fn wrong_places_are_refused_with_their_option() {
-    let folder = changed(|_| {});
+    let dir = changed(|_| {});
     for (options, word) in [
         (&["--from", "1,2"][..], "--from"),
         (&["--look-at", "a,b,c"], "--look-at"),
@@ -169,8 +158,7 @@ fn wrong_places_are_refused_with_their_option() {
         (&["--from", "1,2,3", "--look-at", "1,2,3"], "looks at where it is"),
         (&["--camera", "nobody"], "nobody"),
     ] {
-        let (code, stderr) = run(&folder, &[&["render", "scene.gltf", "-o", "a.exr"], options].concat());
-        assert!(code == Some(2) && stderr.contains(word), "{options:?}: {code:?} {stderr}");
+        dir.refuses(&[&["render", "scene.gltf", "-o", "a.exr"], options].concat(), 2, &[word]);
     }
 }
 
@@ -183,10 +171,10 @@ fn a_floor_takes_the_caustics_of_what_stands_alone() {
         let ring = json["nodes"].as_array().unwrap().iter().position(|node| node["name"] == "ring").unwrap();
         json["scenes"][0]["nodes"] = json!([ring]);
     };
-    let folder = changed(alone);
+    let dir = changed(alone);
     let caustics = |image: &Channels| image.layer("caustics").unwrap()[1].iter().sum::<f32>();
-    let (void, _) = render(&folder, "a.exr", &[]);
-    let (standing, _) = render(&folder, "b.exr", &["--floor"]);
+    let (void, _) = render(&dir, "a.exr", &[]);
+    let (standing, _) = render(&dir, "b.exr", &["--floor"]);
     assert_eq!(caustics(&void), 0.0, "nothing to fall on");
     assert!(caustics(&standing) > 0.0);
     assert!(standing.attributes["floor"].contains("Lambertian"));
@@ -195,12 +183,11 @@ fn a_floor_takes_the_caustics_of_what_stands_alone() {
 
 #[test]
 fn other_commands_take_such_files_too() {
-    let folder = changed(|json| {
+    let dir = changed(|json| {
         without_camera(json);
         without_light(json);
     });
-    let (code, stderr) = run(&folder, &["scene", "info", "scene.gltf"]);
-    assert_eq!(code, Some(0), "{stderr}");
+    dir.succeeds(&["scene", "info", "scene.gltf"]);
     let small = ["--width", "16", "--height", "9", "--runner", "cpu"];
     let orbit = ["--camera", "orbit:10,20"];
     let reference = [&["reference", "scene.gltf", "-o", "r.exr", "--spp", "2"], &small[..], &orbit].concat();
@@ -217,22 +204,19 @@ fn other_commands_take_such_files_too() {
     ]
     .concat();
     for arguments in [&reference, &bench, &animate] {
-        let (code, stderr) = run(&folder, arguments);
-        assert_eq!(code, Some(0), "{arguments:?}: {stderr}");
+        let stderr = dir.succeeds(arguments).stderr;
         assert!(stderr.contains("camera: --from ") && stderr.contains("lit by"), "{stderr}");
     }
     // Another camera is another run.
     let other: Vec<&str> =
         animate.iter().map(|word| if *word == "orbit:10,20" { "orbit:10,21" } else { word }).collect();
-    let (code, stderr) = run(&folder, &other);
-    assert!(code == Some(2) && stderr.contains("its camera is"), "{code:?} {stderr}");
+    dir.refuses(&other, 2, &["its camera is"]);
 
     let sweep = "[time]\nwidth = 16\nheight = 9\nframes = 1\nwarm_up = 0\n\n[[matrix]]\nscene = [\"scene.gltf\"]\n\
                  method = [\"basic\"]\nlight_paths = [500]\nrunner = [\"cpu\"]\nfrom = [0.0, 2.0, 2]\nfov = 50\n";
-    std::fs::write(folder.path().join("sweep.toml"), sweep).unwrap();
-    let (code, stderr) = run(&folder, &["sweep", "sweep.toml", "-o", "swept"]);
-    assert!(code == Some(0) && stderr.contains("camera: --from 0,2,2 --look-at "), "{code:?} {stderr}");
-    std::fs::write(folder.path().join("sweep.toml"), format!("default_light = \"never\"\n{sweep}")).unwrap();
-    let (code, stderr) = run(&folder, &["sweep", "sweep.toml", "-o", "refused"]);
-    assert!(code == Some(1) && stderr.contains("no light"), "{code:?} {stderr}");
+    dir.write("sweep.toml", sweep);
+    let stderr = dir.succeeds(&["sweep", "sweep.toml", "-o", "swept"]).stderr;
+    assert!(stderr.contains("camera: --from 0,2,2 --look-at "), "{stderr}");
+    dir.write("sweep.toml", format!("default_light = \"never\"\n{sweep}"));
+    dir.refuses(&["sweep", "sweep.toml", "-o", "refused"], 1, &["no light"]);
 }

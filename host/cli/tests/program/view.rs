@@ -12,6 +12,7 @@ use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
 use super::bad_input::Scene;
+use crate::test_dir::{BINARY, Run, TestDir};
 
 const TOKEN: &str = "0123456789abcdef0123456789abcdef";
 /// Longest wait for anything.
@@ -34,7 +35,7 @@ impl Drop for Program {
 impl Program {
     fn start() -> Program {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        Program::serve(Command::new(env!("CARGO_BIN_EXE_caustics")).current_dir(root), "mirror-room")
+        Program::serve(Command::new(BINARY).current_dir(root), "mirror-room")
     }
 
     /// Serves a scene by a command that starts the program.
@@ -283,17 +284,13 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
 fn a_port_that_is_taken_and_options_that_cannot_be_are_told() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
+    let dir = TestDir::new();
     let run = |options: &[&str], token: &str| {
-        let output = Command::new(env!("CARGO_BIN_EXE_caustics"))
-            .args(["view", "mirror-room"])
-            .args(options)
-            .env("CAUSTICS_VIEW_TOKEN", token)
-            .output()
-            .unwrap();
-        (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+        let mut command = dir.command(&[&["view", "mirror-room"], options].concat());
+        Run::from_output(command.env("CAUSTICS_VIEW_TOKEN", token).output().unwrap())
     };
-    let (code, stderr) = run(&["--port", &port], TOKEN);
-    assert!(code == 1 && stderr.contains(&format!("--port {port}")), "{stderr}");
+    let options = ["--port", &port];
+    run(&options, TOKEN).expect_refusal(&options, 1, &[&format!("--port {port}")]);
     for (options, token, what) in [
         (&["--target-fps", "0"][..], TOKEN, "--target-fps 0"),
         (&["--width", "0"], TOKEN, "--width 0"),
@@ -301,15 +298,14 @@ fn a_port_that_is_taken_and_options_that_cannot_be_are_told() {
         (&[], "short", "CAUSTICS_VIEW_TOKEN"),
         (&["--camera", "nobody", "--port", "0"], TOKEN, "nobody"),
     ] {
-        let (code, stderr) = run(options, token);
-        assert!(code == 2 && stderr.contains(what), "{options:?}: {code} {stderr}");
+        run(options, token).expect_refusal(options, 2, &[what]);
     }
 }
 
 /// The command that a page of a scene copies, once there is an image; none if there is none.
 fn command_of(scene: &Scene) -> Option<String> {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_caustics"));
-    let program = Program::serve(command.current_dir(scene.write().path()), "scene.gltf");
+    let mut command = Command::new(BINARY);
+    let program = Program::serve(command.current_dir(scene.write().dir.folder()), "scene.gltf");
     program.own_page().until(|word| {
         let is_there =
             word["is"] == "status" && word["moves"] == false && word["image"]["samples"].as_u64() > Some(0);
@@ -333,11 +329,11 @@ fn a_copied_command_says_the_name_of_a_hostile_camera_and_runs_nothing_else() {
         let command = command_of(&scene).unwrap();
         assert!(command.bytes().all(|byte| (b' '..=b'~').contains(&byte)), "{command:?}");
         let run = |line: String| {
-            let path = Path::new(env!("CARGO_BIN_EXE_caustics")).parent().unwrap();
+            let path = Path::new(BINARY).parent().unwrap();
             let path = format!("{}:{}", path.display(), std::env::var("PATH").unwrap());
             Command::new("bash")
                 .args(["-c", &line])
-                .current_dir(scene.path())
+                .current_dir(scene.dir.folder())
                 .env("PATH", path)
                 .output()
                 .unwrap()
@@ -351,7 +347,7 @@ fn a_copied_command_says_the_name_of_a_hostile_camera_and_runs_nothing_else() {
         assert!(arguments.windows(2).any(is_named), "{arguments:?}");
         let render = run(command);
         assert!(render.status.success(), "{}", String::from_utf8_lossy(&render.stderr));
-        assert!(scene.path().join("image.exr").exists() && !scene.path().join("OWNED").exists());
+        assert!(scene.dir.path("image.exr").exists() && !scene.dir.path("OWNED").exists());
     }
     // No argument has a NUL, and another name would be another camera.
     let mut scene = Scene::new("ring");
@@ -416,7 +412,7 @@ fn idle_connections_without_a_token_keep_no_page_out_and_are_closed() {
 fn a_page_opens_while_connections_take_all_files_that_may_be_open() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut shell = Command::new("sh");
-    shell.current_dir(root).args(["-c", "ulimit -n 48; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_caustics")]);
+    shell.current_dir(root).args(["-c", "ulimit -n 48; exec \"$0\" \"$@\"", BINARY]);
     let program = Program::serve(&mut shell, "mirror-room");
     let idle: Vec<TcpStream> = (0..100).map(|_| program.stream()).collect();
     wait_for("it says so", || program.stderr().contains("cannot be accepted"));

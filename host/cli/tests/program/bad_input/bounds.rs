@@ -5,31 +5,32 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::textures::whole;
-use super::{Scene, TINY, caustics, fault, listing, refuses, shell};
+use super::{Scene, TINY, fault, listing, refuses, shell};
+use crate::test_dir::TestDir;
 
-/// Runs in 4 GiB of address space, and demands a refusal that leaves the folder as it was.
+/// Runs the program in 4 GiB of address space, where it must refuse and leave the folder as it was.
 #[cfg(target_os = "linux")]
 #[track_caller]
-fn refuses_in_4_gib(folder: &Path, arguments: &str, words: &[&str]) {
-    let before = listing(folder);
+fn refuses_in_4_gib(dir: &TestDir, arguments: &str, words: &[&str]) {
+    let before = listing(dir.folder());
     let run = shell(
-        folder,
+        dir,
         &format!("ulimit -v 4194304; exec \"$0\" {arguments} -o out.exr --runner cpu --threads 1"),
     );
     if let Some(fault) = fault(&run, 1, words) {
         panic!("{arguments}: {fault}");
     }
-    assert_eq!(listing(folder), before, "{arguments} left something behind");
+    assert_eq!(listing(dir.folder()), before, "{arguments} left something behind");
 }
 
 #[test]
 #[cfg(target_os = "linux")]
 fn frames_beyond_memory_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/ring");
     let large = format!("render '{}' --width 8192 --height 8192", ring.display());
     let words = ["--width 8192 and --height 8192", "are available", "lower --width and --height"];
-    refuses_in_4_gib(folder.path(), &large, &words);
+    refuses_in_4_gib(&dir, &large, &words);
 }
 
 /// One small file of 8192 x 8192, named 20 times: each name is an image.
@@ -37,7 +38,7 @@ fn frames_beyond_memory_are_refused() {
 #[cfg(target_os = "linux")]
 fn textures_beyond_memory_are_refused_undecoded() {
     let mut scene = Scene::new("textured-room");
-    image::GrayImage::new(8192, 8192).save(scene.path().join("a.png")).unwrap();
+    image::GrayImage::new(8192, 8192).save(scene.dir.path("a.png")).unwrap();
     scene.json["images"] = (0..20).map(|_| json!({ "uri": "a.png" })).collect();
     scene.json["textures"] = (0..20).map(|source| json!({ "source": source })).collect();
     let primitive = scene.primitive();
@@ -52,7 +53,7 @@ fn textures_beyond_memory_are_refused_undecoded() {
     scene.json["meshes"].as_array_mut().unwrap().fill(mesh);
     scene.write();
     refuses_in_4_gib(
-        scene.path(),
+        &scene.dir,
         "render scene.gltf",
         &["scene.gltf", "1789569700 texels", "make them smaller"],
     );
@@ -79,7 +80,7 @@ fn triangles_beyond_memory_are_refused_unread() {
     all.extend((first..first + 100).map(|node| json!(node)));
     scene.write();
     refuses_in_4_gib(
-        scene.path(),
+        &scene.dir,
         "render scene.gltf --copies 1000000000",
         &["scene.gltf", "triangles would take", "are available"],
     );
@@ -88,10 +89,10 @@ fn triangles_beyond_memory_are_refused_unread() {
 #[test]
 #[cfg(unix)]
 fn pipes_and_devices_are_no_experiments() {
-    let folder = tempfile::tempdir().unwrap();
-    assert_eq!(shell(folder.path(), "mkfifo pipe.toml").code, Some(0));
+    let dir = TestDir::new();
+    assert_eq!(shell(&dir, "mkfifo pipe.toml").code, Some(0));
     for file in ["pipe.toml", "/dev/zero"] {
-        refuses(folder.path(), &["sweep", file, "-o", "out"], 1, &[file, "not a file"]);
+        refuses(&dir, &["sweep", file, "-o", "out"], 1, &[file, "not a file"]);
     }
 }
 
@@ -99,10 +100,10 @@ fn pipes_and_devices_are_no_experiments() {
 #[cfg(target_os = "linux")]
 #[test]
 fn files_that_the_system_makes_up_are_no_inputs() {
-    let folder = tempfile::tempdir().unwrap();
-    std::os::unix::fs::symlink("/proc/kmsg", folder.path().join("link")).unwrap();
+    let dir = TestDir::new();
+    std::os::unix::fs::symlink("/proc/kmsg", dir.path("link")).unwrap();
     for input in ["/proc/kmsg", "/proc/self/maps", "/sys/kernel/uevent_seqnum", "./link"] {
-        let before = listing(folder.path());
+        let before = listing(dir.folder());
         for arguments in [
             &["compare", input, input][..],
             &["sweep", input, "-o", "out"],
@@ -111,16 +112,16 @@ fn files_that_the_system_makes_up_are_no_inputs() {
             &["render", "mirror-room", "-o", "out.exr", "--environment", input],
             &["render", "mirror-room", "-o", "out.exr", "--edits", input],
         ] {
-            let run = caustics(folder.path(), arguments);
+            let run = dir.run(arguments);
             let code = run.code.unwrap_or_default();
             assert!((1..=2).contains(&code), "{arguments:?}: {code} {}", run.stderr);
             if let Some(fault) = fault(&run, code, &[input]) {
                 panic!("{arguments:?}: {fault}");
             }
-            assert_eq!(listing(folder.path()), before, "{arguments:?} left something behind");
+            assert_eq!(listing(dir.folder()), before, "{arguments:?} left something behind");
         }
         // A scene names it: for its vertices, and for an image.
-        let named = folder.path().join(input);
+        let named = dir.path(input);
         let mut scene = Scene::new("mirror-room");
         scene.json["buffers"][0]["uri"] = json!(named);
         scene.refuses(1, &[input]);
@@ -133,32 +134,26 @@ fn files_that_the_system_makes_up_are_no_inputs() {
 #[cfg(unix)]
 #[test]
 fn inputs_that_never_end_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let pipe = folder.path().join("pipe");
+    let dir = TestDir::new();
+    let pipe = dir.path("pipe");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    std::fs::create_dir_all(folder.path().join("results/cells")).unwrap();
-    std::os::unix::fs::symlink("/dev/zero", folder.path().join("zero.exr.checkpoint")).unwrap();
-    std::os::unix::fs::symlink(&pipe, folder.path().join("pipe.exr.checkpoint")).unwrap();
+    std::fs::create_dir_all(dir.path("results/cells")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", dir.path("zero.exr.checkpoint")).unwrap();
+    std::os::unix::fs::symlink(&pipe, dir.path("pipe.exr.checkpoint")).unwrap();
     for input in ["pipe", "/dev/zero"] {
         let words = [input, "not a file"];
-        refuses(folder.path(), &["compare", input, input], 1, &words);
-        refuses(folder.path(), &["merge", input, input, "-o", "out.exr"], 1, &words);
-        refuses(folder.path(), &["sweep", input, "-o", "out"], 1, &words);
-        let cell = folder.path().join("results/cells/0000000000000001.json");
-        std::os::unix::fs::symlink(folder.path().join(input), &cell).unwrap();
-        refuses(
-            folder.path(),
-            &["report", "results", "-o", "r.html"],
-            1,
-            &["0000000000000001.json", "not a file"],
-        );
-        refuses(folder.path(), &["sweep", "--merge", "results", "-o", "results"], 1, &["not a file"]);
+        refuses(&dir, &["compare", input, input], 1, &words);
+        refuses(&dir, &["merge", input, input, "-o", "out.exr"], 1, &words);
+        refuses(&dir, &["sweep", input, "-o", "out"], 1, &words);
+        let cell = dir.path("results/cells/0000000000000001.json");
+        std::os::unix::fs::symlink(dir.path(input), &cell).unwrap();
+        refuses(&dir, &["report", "results", "-o", "r.html"], 1, &["0000000000000001.json", "not a file"]);
+        refuses(&dir, &["sweep", "--merge", "results", "-o", "results"], 1, &["not a file"]);
         std::fs::remove_file(&cell).unwrap();
     }
     for out in ["zero.exr", "pipe.exr"] {
         let resume =
             [&["reference", "ring", "-o", out, "--resume"], &TINY[..2], &["--runner", "cpu"]].concat();
-        let run = caustics(folder.path(), &resume);
-        assert!(run.code == Some(2) && run.stderr.contains("not a file"), "{}", run.stderr);
+        dir.refuses(&resume, 2, &["not a file"]);
     }
 }

@@ -2,16 +2,17 @@
 
 use serde_json::{Value, json};
 
-use super::{Scene, TINY, caustics, refuses, render_refuses};
+use super::{Scene, TINY, refuses, render_refuses};
+use crate::test_dir::TestDir;
 
 #[test]
 fn missing_scenes_are_named() {
-    let folder = tempfile::tempdir().unwrap();
-    render_refuses(folder.path(), "missing.glb", &[], 1, &["missing.glb", "check the path"]);
-    render_refuses(folder.path(), "missing/scene.gltf", &[], 1, &["missing/scene.gltf", "check the path"]);
-    render_refuses(folder.path(), "no-such-room", &[], 2, &["no-such-room", "mirror-room", ".glb"]);
-    refuses(folder.path(), &["scene", "info", "no-such-room"], 2, &["no-such-room", "mirror-room"]);
-    refuses(folder.path(), &["scene", "make", "no-such-room"], 2, &["no-such-room", "mirror-room"]);
+    let dir = TestDir::new();
+    render_refuses(&dir, "missing.glb", &[], 1, &["missing.glb", "check the path"]);
+    render_refuses(&dir, "missing/scene.gltf", &[], 1, &["missing/scene.gltf", "check the path"]);
+    render_refuses(&dir, "no-such-room", &[], 2, &["no-such-room", "mirror-room", ".glb"]);
+    refuses(&dir, &["scene", "info", "no-such-room"], 2, &["no-such-room", "mirror-room"]);
+    refuses(&dir, &["scene", "make", "no-such-room"], 2, &["no-such-room", "mirror-room"]);
 }
 
 #[test]
@@ -19,24 +20,22 @@ fn truncated_containers_are_refused_wherever_they_end() {
     let scene = Scene::new("mirror-room");
     let whole = scene.container();
     let json = u32::from_le_bytes(whole[12..16].try_into().unwrap()) as usize;
-    let file = scene.path().join("cut.glb");
     for length in [0, 3, 4, 11, 12, 19, 20, 20 + json / 2, 20 + json, 24 + json, whole.len() - 1] {
-        std::fs::write(&file, &whole[..length]).unwrap();
-        render_refuses(scene.path(), "cut.glb", &[], 1, &["cut.glb"]);
+        scene.dir.write("cut.glb", &whole[..length]);
+        render_refuses(&scene.dir, "cut.glb", &[], 1, &["cut.glb"]);
     }
-    std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
-    render_refuses(scene.path(), "cut.glb", &[], 1, &["cut.glb", "export or download it again"]);
+    scene.dir.write("cut.glb", &whole[..whole.len() / 2]);
+    render_refuses(&scene.dir, "cut.glb", &[], 1, &["cut.glb", "export or download it again"]);
 }
 
 #[test]
 fn truncated_and_missing_buffers_are_refused() {
     let scene = Scene::new("mirror-room");
     scene.write();
-    let buffer = scene.path().join("scene.bin");
-    std::fs::write(&buffer, &scene.binary[..scene.binary.len() / 2]).unwrap();
-    render_refuses(scene.path(), "scene.gltf", &[], 1, &["scene.gltf", "cut off", "restore the file"]);
-    std::fs::remove_file(&buffer).unwrap();
-    render_refuses(scene.path(), "scene.gltf", &[], 1, &["scene.gltf", "scene.bin", "restore the file"]);
+    scene.dir.write("scene.bin", &scene.binary[..scene.binary.len() / 2]);
+    render_refuses(&scene.dir, "scene.gltf", &[], 1, &["scene.gltf", "cut off", "restore the file"]);
+    std::fs::remove_file(scene.dir.path("scene.bin")).unwrap();
+    render_refuses(&scene.dir, "scene.gltf", &[], 1, &["scene.gltf", "scene.bin", "restore the file"]);
 }
 
 #[test]
@@ -44,8 +43,8 @@ fn corrupted_json_is_refused() {
     let scene = Scene::new("mirror-room");
     let text = serde_json::to_vec(&scene.json).unwrap();
     for bytes in [&text[..text.len() / 2], b"{}", b"[1, 2]", b"\xff\xfe\x00", b""] {
-        std::fs::write(scene.path().join("scene.gltf"), bytes).unwrap();
-        render_refuses(scene.path(), "scene.gltf", &[], 1, &["scene.gltf", "not a glTF 2.0 document"]);
+        scene.dir.write("scene.gltf", bytes);
+        render_refuses(&scene.dir, "scene.gltf", &[], 1, &["scene.gltf", "not a glTF 2.0 document"]);
     }
 }
 
@@ -99,8 +98,7 @@ fn singular_transforms_are_not_shown() {
         let mut scene = Scene::new("mirror-room");
         let ball = scene.node("ball");
         scene.json["nodes"][ball][key] = value;
-        let run = caustics(scene.write().path(), &["scene", "info", "scene.gltf"]);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        let run = scene.write().dir.succeeds(&["scene", "info", "scene.gltf"]);
         let output = [run.stdout, run.stderr].concat();
         assert!(
             ["node \"ball\"", "singular", "not shown"].iter().all(|word| output.contains(word)),
@@ -113,9 +111,7 @@ fn singular_transforms_are_not_shown() {
 fn triangles_without_an_area_are_dropped_and_counted() {
     let mut scene = Scene::new("mirror-room");
     let info = |scene: &Scene| -> Value {
-        let run = caustics(scene.write().path(), &["scene", "info", "scene.gltf", "--json"]);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
-        serde_json::from_str(&run.stdout).unwrap()
+        scene.write().dir.succeeds(&["scene", "info", "scene.gltf", "--json"]).json()
     };
     assert_eq!(info(&scene)["dropped_triangles"], 0);
     let triangles = info(&scene)["triangles"].as_u64().unwrap();
@@ -126,6 +122,5 @@ fn triangles_without_an_area_are_dropped_and_counted() {
     let spoilt = info(&scene);
     assert_eq!(spoilt["dropped_triangles"], 1);
     assert_eq!(spoilt["triangles"], triangles - 1);
-    let run = caustics(scene.path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    scene.dir.succeeds(&[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
 }

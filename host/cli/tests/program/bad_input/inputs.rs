@@ -4,10 +4,11 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::{TINY, caustics, listing, refuses};
+use super::{TINY, listing, refuses};
+use crate::test_dir::{BINARY, TestDir};
 
-/// A folder of one result, with an image beside it.
-fn results(folder: &Path) {
+/// Makes a folder of one result, with an image beside it.
+fn results(dir: &TestDir) {
     let bench = [
         "bench",
         "ring",
@@ -22,15 +23,14 @@ fn results(folder: &Path) {
         "--light-paths",
         "100",
     ];
-    let run = caustics(folder, &[&bench[..], &TINY[..4]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    dir.succeeds(&[&bench[..], &TINY[..4]].concat());
 }
 
 #[test]
 fn a_report_is_written_over_no_result() {
-    let folder = tempfile::tempdir().unwrap();
-    results(folder.path());
-    let cells = folder.path().join("res/cells");
+    let dir = TestDir::new();
+    results(&dir);
+    let cells = dir.path("res/cells");
     let cell = cells
         .read_dir()
         .unwrap()
@@ -39,38 +39,36 @@ fn a_report_is_written_over_no_result() {
     let cell = cell.unwrap();
     let name = format!("res/cells/{}", cell.file_name().unwrap().to_str().unwrap());
     let before = std::fs::read(&cell).unwrap();
-    std::fs::write(folder.path().join("scene.gltf"), "precious").unwrap();
+    dir.write("scene.gltf", "precious");
     for output in [&name, "res/cells.csv", "scene.gltf", "res/cells.png"] {
-        refuses(folder.path(), &["report", "res", "-o", output, "--force"], 2, &[output, ".html"]);
+        refuses(&dir, &["report", "res", "-o", output, "--force"], 2, &[output, ".html"]);
     }
     #[cfg(unix)]
     {
-        std::os::unix::fs::symlink(&name, folder.path().join("soft.html")).unwrap();
-        std::fs::hard_link(&cell, folder.path().join("hard.html")).unwrap();
+        std::os::unix::fs::symlink(&name, dir.path("soft.html")).unwrap();
+        std::fs::hard_link(&cell, dir.path("hard.html")).unwrap();
         for output in ["soft.html", "hard.html"] {
             let words = [output, "one of the results", "another name"];
-            refuses(folder.path(), &["report", "res", "-o", output, "--force"], 2, &words);
+            refuses(&dir, &["report", "res", "-o", output, "--force"], 2, &words);
         }
     }
     // The figures of a page have a folder beside it.
-    std::fs::rename(folder.path().join("res"), folder.path().join("page_files")).unwrap();
+    std::fs::rename(dir.path("res"), dir.path("page_files")).unwrap();
     for arguments in [&["page_files"][..], &["page_files", "--baseline", "page_files"]] {
         let report = [&["report", "-o", "page.html", "--force"], arguments].concat();
-        refuses(folder.path(), &report, 2, &["page_files", "results", "another name"]);
+        refuses(&dir, &report, 2, &["page_files", "results", "another name"]);
     }
-    let cell = folder.path().join("page_files/cells").join(cell.file_name().unwrap());
+    let cell = dir.path("page_files/cells").join(cell.file_name().unwrap());
     assert_eq!(std::fs::read(cell).unwrap(), before);
-    let run = caustics(folder.path(), &["report", "page_files", "-o", "other.html"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    dir.succeeds(&["report", "page_files", "-o", "other.html"]);
 }
 
 #[test]
 fn what_a_run_leaves_beside_its_output_is_no_file_of_the_scene() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = caustics(folder.path(), &[&["render", "ring", "-o", "sky.exr"], &TINY[..]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    let sky = std::fs::read(folder.path().join("sky.exr")).unwrap();
-    std::fs::remove_file(folder.path().join("sky.exr")).unwrap();
+    let dir = TestDir::new();
+    dir.succeeds(&[&["render", "ring", "-o", "sky.exr"], &TINY[..]].concat());
+    let sky = std::fs::read(dir.path("sky.exr")).unwrap();
+    std::fs::remove_file(dir.path("sky.exr")).unwrap();
     for (name, arguments) in [
         ("o.exr.checkpoint", &["render", "ring", "-o", "o.exr"][..]),
         (".caustics-o.exr.lock", &["render", "ring", "-o", "o.exr"]),
@@ -79,28 +77,28 @@ fn what_a_run_leaves_beside_its_output_is_no_file_of_the_scene() {
         ("animation.state", &["animate", "moving-caster", "-o", "#.exr", "--frames", "0..2"]),
         ("1.png", &["animate", "moving-caster", "-o", "#.exr", "--frames", "0..2", "--png"]),
     ] {
-        std::fs::write(folder.path().join(name), &sky).unwrap();
+        dir.write(name, &sky);
         let size = if arguments[0] == "reference" { &TINY[..4] } else { &TINY[..] };
         let arguments = [arguments, size, &["--force", "--environment", name]].concat();
-        refuses(folder.path(), &arguments, 2, &[name, "is a file of the scene"]);
-        assert_eq!(std::fs::read(folder.path().join(name)).unwrap(), sky, "{arguments:?}");
-        std::fs::remove_file(folder.path().join(name)).unwrap();
+        refuses(&dir, &arguments, 2, &[name, "is a file of the scene"]);
+        assert_eq!(std::fs::read(dir.path(name)).unwrap(), sky, "{arguments:?}");
+        std::fs::remove_file(dir.path(name)).unwrap();
     }
     // Nor are the tables of results.
-    std::fs::create_dir(folder.path().join("out")).unwrap();
-    std::fs::write(folder.path().join("out/cells.csv"), &sky).unwrap();
+    std::fs::create_dir(dir.path("out")).unwrap();
+    dir.write("out/cells.csv", &sky);
     let bench =
         ["bench", "ring", "-o", "out", "--runner", "cpu", "--environment", "out/cells.csv", "--force"];
-    refuses(folder.path(), &bench, 2, &["out/cells.csv", "is a file of the scene"]);
+    refuses(&dir, &bench, 2, &["out/cells.csv", "is a file of the scene"]);
 }
 
 /// Moves or removes the folder of a run once it has claimed its files.
 #[cfg(unix)]
-fn run_and(folder: &Path, arguments: &[&str], parts: usize, then: impl Fn(&Path)) {
-    let out = folder.join("out");
+fn run_and(dir: &TestDir, arguments: &[&str], parts: usize, then: impl Fn(&Path)) {
+    let out = dir.path("out");
     std::fs::create_dir(&out).unwrap();
-    let program = Command::new(env!("CARGO_BIN_EXE_caustics"))
-        .current_dir(folder)
+    let program = Command::new(BINARY)
+        .current_dir(dir.folder())
         .args(arguments)
         .stderr(Stdio::piped())
         .spawn()
@@ -127,10 +125,10 @@ fn a_folder_that_moves_while_a_run_writes_keeps_the_result() {
         (&["render", "ring", "-o", "out/a.exr", "--shard", "1/2", "--frames", "8"], &["a.shard-1-of-2.sums"]),
         (&["animate", "moving-caster", "-o", "out/#.exr", "--frames", "0..3"], &["0.exr", "1.exr", "2.exr"]),
     ] {
-        let folder = tempfile::tempdir().unwrap();
-        let moved = folder.path().join("moved");
+        let dir = TestDir::new();
+        let moved = dir.path("moved");
         let arguments = [arguments, &TINY].concat();
-        run_and(folder.path(), &arguments, 1, |out| std::fs::rename(out, &moved).unwrap());
+        run_and(&dir, &arguments, 1, |out| std::fs::rename(out, &moved).unwrap());
         let names: Vec<_> = moved.read_dir().unwrap().map(|file| file.unwrap().file_name()).collect();
         let mut names: Vec<_> = names.iter().map(|name| name.to_string_lossy().into_owned()).collect();
         names.sort();
@@ -141,10 +139,10 @@ fn a_folder_that_moves_while_a_run_writes_keeps_the_result() {
 #[test]
 #[cfg(unix)]
 fn a_folder_that_is_removed_while_a_run_writes_is_made_anew_for_the_result() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let render = [&["render", "ring", "-o", "out/a.exr", "--png", "out/a.png"], &TINY[..]].concat();
     // The lock and a part of each file: a folder that gets another while it is removed is not empty.
-    run_and(folder.path(), &render, 3, |out| std::fs::remove_dir_all(out).unwrap());
-    let out = folder.path().join("out");
+    run_and(&dir, &render, 3, |out| std::fs::remove_dir_all(out).unwrap());
+    let out = dir.path("out");
     assert_eq!(listing(&out), [out.join("a.exr"), out.join("a.png")].into());
 }

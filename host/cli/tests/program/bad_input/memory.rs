@@ -1,10 +1,9 @@
 //! Memory of every kind of file that is read: a limit of it ends in an error, and what a byte of a file may take is in a table.
 
-use std::path::Path;
-
 use serde_json::{Value, json};
 
-use super::{Run, caustics, listing, shell};
+use super::{listing, shell};
+use crate::test_dir::{Run, TestDir};
 
 /// Address space of the program and of a small scene, with the stacks of a few threads (KiB).
 const PROGRAM: u64 = 300_000;
@@ -102,16 +101,18 @@ fn document(nodes: impl Iterator<Item = Value>) -> Value {
 }
 
 /// Writes the file of every kind.
-fn write(folder: &Path) {
-    let write = |name: &str, text: String| std::fs::write(folder.join(name), text).unwrap();
+fn write(dir: &TestDir) {
     let size = 1 << 18;
-    write("list.toml", lines(size, "x = [", |_| "0,".into(), "]"));
-    write("keys.toml", lines(size, "", |at| format!("[[keys]]\ntime={at}\n"), ""));
-    write("dotted.toml", lines(size / 2, "x = [", |_| "{a.b.c.d=0},".into(), "]"));
+    dir.write("list.toml", lines(size, "x = [", |_| "0,".into(), "]"));
+    dir.write("keys.toml", lines(size, "", |at| format!("[[keys]]\ntime={at}\n"), ""));
+    dir.write("dotted.toml", lines(size / 2, "x = [", |_| "{a.b.c.d=0},".into(), "]"));
     let head = "[time]\nwidth = 64\nheight = 36\n";
     let matrix = "[[matrix]]\nscene=[\"ring\"]\nmethod=\"path\"\nrunner=\"cpu\"\npaths_per_pixel=1\n";
-    write("sweep-list.toml", lines(size, &format!("{head}{matrix}max_bounces=["), |_| "5,".into(), "]\n"));
-    write("sweep-matrices.toml", lines(size, head, |_| matrix.into(), ""));
+    dir.write(
+        "sweep-list.toml",
+        lines(size, &format!("{head}{matrix}max_bounces=["), |_| "5,".into(), "]\n"),
+    );
+    dir.write("sweep-matrices.toml", lines(size, head, |_| matrix.into(), ""));
 
     // Results: only their cells are read.
     let identity = "0123456789abcdef";
@@ -130,29 +131,29 @@ fn write(folder: &Path) {
         ),
         ("values", result(&lines(size, "", |at| format!(",\"{at:x}\":1"), ""), "")),
     ] {
-        std::fs::create_dir_all(folder.join(name).join("cells")).unwrap();
-        write(&format!("{name}/cells/{identity}.json"), text);
+        std::fs::create_dir_all(dir.path(name).join("cells")).unwrap();
+        dir.write(&format!("{name}/cells/{identity}.json"), text);
     }
 
-    write("nodes.gltf", document((0..50_000).map(|_| json!({}))).to_string());
-    write("placed.gltf", document((0..20_000).map(|_| json!({ "mesh": 0 }))).to_string());
+    dir.write("nodes.gltf", document((0..50_000).map(|_| json!({}))).to_string());
+    dir.write("placed.gltf", document((0..20_000).map(|_| json!({ "mesh": 0 }))).to_string());
     let mut list = document(std::iter::empty());
     list["extras"] = vec![0; size / 2].into();
-    write("list.gltf", list.to_string());
-    std::fs::write(folder.join("instances.glb"), instances(20_000)).unwrap();
+    dir.write("list.gltf", list.to_string());
+    dir.write("instances.glb", instances(20_000));
 
     // Heads that are a list, with a checksum that is right.
     for (name, kind) in
         [("c.exr.checkpoint", "checkpoint"), ("a.sums", "checkpoint"), ("animation.state", "animation")]
     {
         let sealed = caustics::sealed::seal(kind, &vec![0; size / 2], |_| {}).unwrap();
-        std::fs::write(folder.join(name), sealed).unwrap();
+        dir.write(name, sealed);
     }
 
     let image = image::RgbImage::from_pixel(SIDE, SIDE, image::Rgb([200, 200, 200]));
-    image.save(folder.join("white.png")).unwrap();
+    image.save(dir.path("white.png")).unwrap();
     let float = image::DynamicImage::ImageRgb8(image).into_rgb32f();
-    float.save(folder.join("sky.hdr")).unwrap();
+    float.save(dir.path("sky.hdr")).unwrap();
     let pixels = float.pixels().map(|pixel| pixel.0);
     let image = caustics::rendered_image::RenderedImage {
         width: SIDE as usize,
@@ -161,7 +162,7 @@ fn write(folder: &Path) {
         ..Default::default()
     };
     let bytes = caustics::output::exr::encode(&image, None, &Default::default()).unwrap();
-    std::fs::write(folder.join("sky.exr"), bytes).unwrap();
+    dir.write("sky.exr", bytes);
 }
 
 /// A triangle on a node that moves, with this many instances.
@@ -201,11 +202,11 @@ fn instances(count: usize) -> Vec<u8> {
 }
 
 /// Runs a command in this much address space (KiB), by one thread, and takes away what it wrote.
-fn run_in(folder: &Path, limit: u64, arguments: &str) -> Run {
-    let before = listing(folder);
+fn run_in(dir: &TestDir, limit: u64, arguments: &str) -> Run {
+    let before = listing(dir.folder());
     let line = "export RAYON_NUM_THREADS=1 CAUSTICS_CACHE=; ulimit -v";
-    let run = shell(folder, &format!("{line} {limit}; exec \"$0\" {arguments}"));
-    for path in listing(folder).difference(&before) {
+    let run = shell(dir, &format!("{line} {limit}; exec \"$0\" {arguments}"));
+    for path in listing(dir.folder()).difference(&before) {
         let _ = std::fs::remove_file(path);
     }
     run
@@ -221,12 +222,12 @@ fn fault(run: &Run) -> Option<String> {
 #[test]
 #[cfg(target_os = "linux")]
 fn every_kind_of_file_ends_in_an_error_where_memory_is_short() {
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path());
+    let dir = TestDir::new();
+    write(&dir);
     let mut faults = Vec::new();
     for Kind { name, command, .. } in kinds() {
         for limit in LIMITS {
-            let fault = fault(&run_in(folder.path(), limit, &command));
+            let fault = fault(&run_in(&dir, limit, &command));
             faults.extend(fault.map(|fault| format!("{name} in {limit} KiB: {fault}")));
         }
     }
@@ -236,12 +237,12 @@ fn every_kind_of_file_ends_in_an_error_where_memory_is_short() {
 #[test]
 #[cfg(target_os = "linux")]
 fn every_kind_of_file_takes_no_more_memory_than_its_bytes_may() {
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path());
+    let dir = TestDir::new();
+    write(&dir);
     let mut faults = Vec::new();
     for Kind { name, file, command, factor, values } in kinds() {
-        let bytes = values.unwrap_or(folder.path().join(file).metadata().unwrap().len());
-        let run = run_in(folder.path(), PROGRAM + factor * bytes / 1024, &command);
+        let bytes = values.unwrap_or(dir.path(file).metadata().unwrap().len());
+        let run = run_in(&dir, PROGRAM + factor * bytes / 1024, &command);
         let words = ["of memory", "memory allocation", "the system lets this process"];
         let is_short = words.iter().any(|words| run.stderr.contains(words));
         let fault = fault(&run).or(is_short.then(|| run.stderr.clone()));
@@ -252,14 +253,14 @@ fn every_kind_of_file_takes_no_more_memory_than_its_bytes_may() {
 
 #[test]
 fn elements_without_bytes_are_as_many_as_the_file_has_bytes() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let mut document = document(std::iter::empty());
     let node = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 1 } } });
     document["nodes"][0]["extensions"] = node;
     let info = |count: u64, document: &mut Value| {
         document["accessors"][1] = json!({ "componentType": 5126, "count": count, "type": "VEC3" });
-        std::fs::write(folder.path().join("a.gltf"), document.to_string()).unwrap();
-        caustics(folder.path(), &["scene", "info", "a.gltf"])
+        dir.write("a.gltf", document.to_string());
+        dir.run(&["scene", "info", "a.gltf"])
     };
     document["accessors"].as_array_mut().unwrap().push(Value::Null);
     let few = info(10, &mut document);
@@ -272,11 +273,10 @@ fn elements_without_bytes_are_as_many_as_the_file_has_bytes() {
 /// Copies of one table, as many as took a minute and more when each was counted from the beginning of the file.
 #[test]
 fn many_matrices_of_one_cell_are_one_cell() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let matrix = "[[matrix]]\nscene=[\"ring\"]\nmethod=\"path\"\nrunner=\"cpu\"\npaths_per_pixel=1\n";
     let text = format!("[time]\nwidth = 64\nheight = 36\n{}", matrix.repeat(20_000));
-    std::fs::write(folder.path().join("a.toml"), text).unwrap();
-    let run = caustics(folder.path(), &["sweep", "a.toml", "--dry-run"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    dir.write("a.toml", text);
+    let run = dir.succeeds(&["sweep", "a.toml", "--dry-run"]);
     assert!(run.stdout.contains("1 cells, 0 done"), "{}", run.stdout);
 }

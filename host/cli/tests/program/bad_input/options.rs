@@ -1,10 +1,11 @@
 //! The command line.
 
 use super::{refuses, render_refuses, shell};
+use crate::test_dir::TestDir;
 
 #[test]
 fn sizes_and_counts_out_of_range_are_usage_errors() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let cases: [(&[&str], &str); 18] = [
         (&["--width", "0", "--height", "0"], "--width 0"),
         (&["--width", "100000", "--height", "100000"], "--width 100000"),
@@ -27,13 +28,13 @@ fn sizes_and_counts_out_of_range_are_usage_errors() {
     ];
     for (options, words) in cases {
         let arguments = [&["render", "mirror-room", "-o", "out.exr", "--runner", "cpu"], options].concat();
-        refuses(folder.path(), &arguments, 2, &[words]);
+        refuses(&dir, &arguments, 2, &[words]);
     }
 }
 
 #[test]
 fn names_and_combinations_that_do_not_exist_are_usage_errors() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let cases: [(&[&str], &[&str]); 9] = [
         (&["--gather", "telepathy"], &["--gather", "telepathy", "photons-grid"]),
         (&["--camera", "nobody"], &["--camera nobody", "main"]),
@@ -46,20 +47,20 @@ fn names_and_combinations_that_do_not_exist_are_usage_errors() {
         (&["--no-such-flag"], &["--no-such-flag"]),
     ];
     for (options, words) in cases {
-        render_refuses(folder.path(), "mirror-room", options, 2, words);
+        render_refuses(&dir, "mirror-room", options, 2, words);
     }
 }
 
 #[test]
 fn too_many_digits_of_a_frame_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let name = format!("{}.exr", "#".repeat(70_000));
-    refuses(folder.path(), &["animate", "moving-caster", "-o", &name], 2, &["70000 # in a row", "####.exr"]);
+    refuses(&dir, &["animate", "moving-caster", "-o", &name], 2, &["70000 # in a row", "####.exr"]);
 }
 
 #[test]
 fn what_no_scene_and_no_frame_can_be_is_a_usage_error() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let cases: [(&[&str], &str); 11] = [
         (&["--environment", "nan,1,1"], "--environment nan,1,1"),
         (&["--environment", "1,-1,1"], "--environment 1,-1,1"),
@@ -74,7 +75,7 @@ fn what_no_scene_and_no_frame_can_be_is_a_usage_error() {
         (&["--checkpoint-every", "1e308"], "--checkpoint-every"),
     ];
     for (options, words) in cases {
-        render_refuses(folder.path(), "mirror-room", options, 2, &[words]);
+        render_refuses(&dir, "mirror-room", options, 2, &[words]);
     }
     let cases: [(&[&str], &str); 9] = [
         (&["--equal-time-ms", "1e308"], "600000 ms"),
@@ -88,7 +89,7 @@ fn what_no_scene_and_no_frame_can_be_is_a_usage_error() {
         (&["--radius-px", "1e39"], "radius-px"),
     ];
     for (options, words) in cases {
-        refuses(folder.path(), &[&["bench", "ring", "--runner", "cpu"], options].concat(), 2, &[words]);
+        refuses(&dir, &[&["bench", "ring", "--runner", "cpu"], options].concat(), 2, &[words]);
     }
 }
 
@@ -96,9 +97,9 @@ fn what_no_scene_and_no_frame_can_be_is_a_usage_error() {
 #[test]
 #[cfg(target_os = "linux")]
 fn help_that_cannot_be_written_is_an_error() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     for option in ["--help", "--version", "render --help"] {
-        let run = shell(folder.path(), &format!("exec \"$0\" {option} >/dev/full"));
+        let run = shell(&dir, &format!("exec \"$0\" {option} >/dev/full"));
         assert_eq!(run.code, Some(1), "{option}: {}", run.stderr);
         assert!(run.stderr.starts_with("error: cannot write to stdout"), "{option}: {}", run.stderr);
     }

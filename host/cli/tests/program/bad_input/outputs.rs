@@ -4,57 +4,52 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::{Scene, TINY, caustics, listing, refuses, render_refuses, shell};
+use super::{Scene, TINY, listing, refuses, render_refuses, shell};
+use crate::test_dir::TestDir;
 
 #[test]
 fn nothing_is_overwritten_without_force() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("out.exr");
-    std::fs::write(&file, "precious").unwrap();
-    render_refuses(folder.path(), "mirror-room", &[], 2, &["out.exr", "--force"]);
-    std::fs::rename(&file, folder.path().join("out.png")).unwrap();
-    render_refuses(folder.path(), "mirror-room", &["--png", "out.png"], 2, &["out.png", "--force"]);
-    assert_eq!(std::fs::read(folder.path().join("out.png")).unwrap(), b"precious");
+    let dir = TestDir::new();
+    let file = dir.path("out.exr");
+    dir.write("out.exr", "precious");
+    render_refuses(&dir, "mirror-room", &[], 2, &["out.exr", "--force"]);
+    std::fs::rename(&file, dir.path("out.png")).unwrap();
+    render_refuses(&dir, "mirror-room", &["--png", "out.png"], 2, &["out.png", "--force"]);
+    assert_eq!(std::fs::read(dir.path("out.png")).unwrap(), b"precious");
 
     // Nor does a failing run touch what --force allows to overwrite.
-    std::fs::write(&file, "precious").unwrap();
-    render_refuses(folder.path(), "missing.gltf", &["--force"], 1, &["missing.gltf"]);
+    dir.write("out.exr", "precious");
+    render_refuses(&dir, "missing.gltf", &["--force"], 1, &["missing.gltf"]);
     assert_eq!(std::fs::read(&file).unwrap(), b"precious");
-    render_refuses(folder.path(), "mirror-room", &["--force", "--png", "out.exr"], 2, &["--png", "out.exr"]);
-    render_refuses(
-        folder.path(),
-        "mirror-room",
-        &["--force", "--png", "./out.exr"],
-        2,
-        &["--png", "out.exr"],
-    );
+    render_refuses(&dir, "mirror-room", &["--force", "--png", "out.exr"], 2, &["--png", "out.exr"]);
+    render_refuses(&dir, "mirror-room", &["--force", "--png", "./out.exr"], 2, &["--png", "out.exr"]);
 
-    std::fs::create_dir(folder.path().join("ring")).unwrap();
-    std::fs::write(folder.path().join("ring/scene.gltf"), "precious").unwrap();
-    refuses(folder.path(), &["scene", "make", "all", "-o", "."], 2, &["ring", "--force"]);
+    std::fs::create_dir(dir.path("ring")).unwrap();
+    dir.write("ring/scene.gltf", "precious");
+    refuses(&dir, &["scene", "make", "all", "-o", "."], 2, &["ring", "--force"]);
 }
 
 #[test]
 fn folders_that_cannot_be_written_are_named() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("file"), "").unwrap();
+    let dir = TestDir::new();
+    dir.write("file", "");
     for out in ["missing/out.exr", "file/out.exr"] {
         let arguments = [&["render", "mirror-room", "-o", out], &TINY[..]].concat();
-        refuses(folder.path(), &arguments, 1, &[out, "-o"]);
+        refuses(&dir, &arguments, 1, &[out, "-o"]);
     }
-    std::fs::create_dir(folder.path().join("folder")).unwrap();
+    std::fs::create_dir(dir.path("folder")).unwrap();
     let arguments = [&["render", "mirror-room", "-o", "folder", "--force"], &TINY[..]].concat();
-    refuses(folder.path(), &arguments, 2, &["folder is a folder", "name a file"]);
+    refuses(&dir, &arguments, 2, &["folder is a folder", "name a file"]);
     let arguments = [&["render", "mirror-room", "-o", "out.exr", "--png", "missing/out.png"], &TINY[..]];
-    refuses(folder.path(), &arguments.concat(), 1, &["missing/out.png", "create the folder"]);
-    refuses(folder.path(), &["scene", "make", "ring", "-o", "file"], 1, &["file/ring"]);
+    refuses(&dir, &arguments.concat(), 1, &["missing/out.png", "create the folder"]);
+    refuses(&dir, &["scene", "make", "ring", "-o", "file"], 1, &["file/ring"]);
 }
 
 /// The limit of files, in blocks of 512 bytes or of 1 KiB, is below what each of these writes.
 #[cfg(unix)]
 #[test]
 fn a_file_beyond_the_limit_of_files_is_an_error_that_leaves_nothing() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let tiny = "--width 64 --height 36 --light-paths 1000 --runner cpu";
     for line in [
         format!("render mirror-room -o out.exr {tiny}"),
@@ -64,10 +59,9 @@ fn a_file_beyond_the_limit_of_files_is_an_error_that_leaves_nothing() {
         "reference mirror-room -o out.exr --spp 2 --width 64 --height 36 --runner cpu".to_string(),
         "scene make mirror-room -o made".to_string(),
     ] {
-        let _ = std::fs::create_dir(folder.path().join("out"));
-        let before = listing(folder.path());
-        let run =
-            shell(folder.path(), &format!("export CAUSTICS_CACHE=$PWD/none; ulimit -f 1; exec $0 {line}"));
+        let _ = std::fs::create_dir(dir.path("out"));
+        let before = listing(dir.folder());
+        let run = shell(&dir, &format!("export CAUSTICS_CACHE=$PWD/none; ulimit -f 1; exec $0 {line}"));
         assert!(
             run.code.is_some_and(|code| (1..=2).contains(&code)),
             "{line}: {:?} {}",
@@ -75,26 +69,26 @@ fn a_file_beyond_the_limit_of_files_is_an_error_that_leaves_nothing() {
             run.stderr
         );
         assert!(run.stderr.contains("error: "), "{line}: {}", run.stderr);
-        let made = folder.path().join("made");
-        let left: Vec<_> = listing(folder.path()).difference(&before).cloned().collect();
+        let made = dir.path("made");
+        let left: Vec<_> = listing(dir.folder()).difference(&before).cloned().collect();
         assert!(left.iter().all(|path| path.starts_with(&made) && path.is_dir()), "{line}: {left:?}");
     }
     let line = format!("ulimit -f 1; exec $0 render mirror-room -o out.exr {tiny}");
-    let run = shell(folder.path(), &line);
+    let run = shell(&dir, &line);
     assert!(run.stderr.contains("out.exr") && run.stderr.contains("ulimit -f"), "{}", run.stderr);
 }
 
 #[test]
 fn a_name_that_speaks_of_another_kind_of_file_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let render = |options: &[&str], words: &[&str]| {
-        refuses(folder.path(), &[&["render", "ring"], options, &TINY[..]].concat(), 2, words);
+        refuses(&dir, &[&["render", "ring"], options, &TINY[..]].concat(), 2, words);
     };
     render(&["-o", "a.png"], &["-o a.png", "EXR", ".exr"]);
     render(&["-o", "a.PNG"], &["-o a.PNG", ".exr"]);
     render(&["-o", "a.exr", "--png", "b.exr"], &["--png b.exr", "PNG", ".png"]);
-    refuses(folder.path(), &["merge", "a.exr", "b.exr", "-o", "c.png"], 2, &["-o c.png", ".exr"]);
-    refuses(folder.path(), &["compare", "a.exr", "b.exr", "--map", "c.exr"], 2, &["--map c.exr", ".png"]);
+    refuses(&dir, &["merge", "a.exr", "b.exr", "-o", "c.png"], 2, &["-o c.png", ".exr"]);
+    refuses(&dir, &["compare", "a.exr", "b.exr", "--map", "c.exr"], 2, &["--map c.exr", ".png"]);
 }
 
 #[test]
@@ -102,46 +96,45 @@ fn force_overwrites_no_file_of_the_scene() {
     let mut scene = Scene::new("textured-room");
     scene.json["buffers"][0]["uri"] = json!("a%20buffer.exr");
     scene.write();
-    std::fs::rename(scene.path().join("scene.bin"), scene.path().join("a buffer.exr")).unwrap();
+    std::fs::rename(scene.dir.path("scene.bin"), scene.dir.path("a buffer.exr")).unwrap();
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/textured-room");
     for file in ["tiles.png", "bricks.png", "rings.png", "leaves.png", "panes.png"] {
-        std::fs::copy(source.join(file), scene.path().join(file)).unwrap();
+        std::fs::copy(source.join(file), scene.dir.path(file)).unwrap();
     }
     #[cfg(unix)]
     {
-        std::os::unix::fs::symlink("a buffer.exr", scene.path().join("link.exr")).unwrap();
-        std::fs::hard_link(scene.path().join("tiles.png"), scene.path().join("hard.png")).unwrap();
+        std::os::unix::fs::symlink("a buffer.exr", scene.dir.path("link.exr")).unwrap();
+        std::fs::hard_link(scene.dir.path("tiles.png"), scene.dir.path("hard.png")).unwrap();
     }
     let links = if cfg!(unix) { &[["link.exr", "b.png"], ["b.exr", "hard.png"]][..] } else { &[] };
     for &[exr, png] in
         [["a buffer.exr", "b.png"], ["./a buffer.exr", "b.png"], ["b.exr", "tiles.png"]].iter().chain(links)
     {
         let render = ["render", "scene.gltf", "--force", "-o", exr, "--png", png];
-        refuses(scene.path(), &[&render[..], &TINY].concat(), 2, &["is a file of the scene", "another name"]);
+        refuses(&scene.dir, &[&render[..], &TINY].concat(), 2, &["is a file of the scene", "another name"]);
     }
     // The image of all around is one too; a radiance is none.
-    std::fs::copy(scene.path().join("a buffer.exr"), scene.path().join("sky.exr")).unwrap();
+    std::fs::copy(scene.dir.path("a buffer.exr"), scene.dir.path("sky.exr")).unwrap();
     let render = ["render", "scene.gltf", "--force", "-o", "sky.exr", "--environment", "./sky.exr"];
-    refuses(scene.path(), &[&render[..], &TINY].concat(), 2, &["sky.exr is a file of the scene"]);
-    let run = caustics(scene.path(), &[&["render", "ring", "-o", "sky1.exr"], &TINY[..]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    refuses(&scene.dir, &[&render[..], &TINY].concat(), 2, &["sky.exr is a file of the scene"]);
+    scene.dir.succeeds(&[&["render", "ring", "-o", "sky1.exr"], &TINY[..]].concat());
     let options = ["-o", "sky#.exr", "--frames", "0..3", "--environment", "sky1.exr"];
     let animate = [&["animate", "scene.gltf", "--force"], &options[..], &TINY].concat();
-    refuses(scene.path(), &animate, 2, &["sky1.exr is a file of the scene"]);
+    refuses(&scene.dir, &animate, 2, &["sky1.exr is a file of the scene"]);
     // Of an animation each frame has a name.
-    std::fs::rename(scene.path().join("a buffer.exr"), scene.path().join("01.exr")).unwrap();
+    std::fs::rename(scene.dir.path("a buffer.exr"), scene.dir.path("01.exr")).unwrap();
     scene.json["buffers"][0]["uri"] = json!("01.exr");
-    std::fs::write(scene.path().join("scene.gltf"), serde_json::to_vec(&scene.json).unwrap()).unwrap();
+    scene.dir.write("scene.gltf", serde_json::to_vec(&scene.json).unwrap());
     let animate = ["animate", "scene.gltf", "--force", "-o", "##.exr", "--frames", "0..3"];
-    refuses(scene.path(), &[&animate[..], &TINY].concat(), 2, &["01.exr is a file of the scene"]);
-    assert_eq!(std::fs::read(scene.path().join("01.exr")).unwrap(), scene.binary);
+    refuses(&scene.dir, &[&animate[..], &TINY].concat(), 2, &["01.exr is a file of the scene"]);
+    assert_eq!(std::fs::read(scene.dir.path("01.exr")).unwrap(), scene.binary);
 }
 
 #[cfg(unix)]
 #[test]
 fn a_link_that_leads_nowhere_is_refused_before_anything_is_rendered() {
-    let folder = tempfile::tempdir().unwrap();
-    std::os::unix::fs::symlink("nowhere", folder.path().join("out.exr")).unwrap();
+    let dir = TestDir::new();
+    std::os::unix::fs::symlink("nowhere", dir.path("out.exr")).unwrap();
     // The scene is not even looked for.
-    render_refuses(folder.path(), "missing.gltf", &[], 2, &["out.exr is a link", "--force"]);
+    render_refuses(&dir, "missing.gltf", &[], 2, &["out.exr is a link", "--force"]);
 }

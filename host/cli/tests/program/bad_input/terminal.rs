@@ -4,28 +4,29 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::{Scene, TINY, caustics, fault, shell};
+use super::{Scene, TINY, fault, shell};
+use crate::test_dir::TestDir;
 
 #[test]
 #[cfg(target_os = "linux")]
 fn nobody_on_stderr_or_stdout_ends_no_run() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/ring");
     let render = format!("\"$0\" render '{}' -o out.exr --force {}", ring.display(), TINY.join(" "));
     for rest in ["2>/dev/full", "2>&-"] {
-        let run = shell(folder.path(), &format!("{render} {rest}"));
+        let run = shell(&dir, &format!("{render} {rest}"));
         assert_eq!((run.code, run.stdout.as_str()), (Some(0), ""), "{rest}");
-        std::fs::remove_file(folder.path().join("out.exr")).unwrap();
+        std::fs::remove_file(dir.path("out.exr")).unwrap();
     }
     // A reader that is gone before the first word.
     let closed = |command: &str, file: &str| {
         let line = format!(
             "{{ sleep 0.2; {command}; echo $? > code; }} {file} | true; while [ ! -s code ]; do sleep 0.1; done; cat code; rm code"
         );
-        shell(folder.path(), &line).stdout
+        shell(&dir, &line).stdout
     };
     assert_eq!(closed(&render, "2>&1"), "0\n");
-    assert!(folder.path().join("out.exr").is_file());
+    assert!(dir.path("out.exr").is_file());
     assert_eq!(closed("\"$0\" scene list", ""), "0\n");
     // An error keeps its exit code.
     assert_eq!(closed("\"$0\" scene info nowhere.glb", "2>&1"), "1\n");
@@ -42,16 +43,13 @@ fn names_of_a_file_command_no_terminal_and_drown_no_message() {
             element["extensions"] = json!({ active: {} });
         }
     }
-    let info = caustics(scene.write().path(), &["scene", "info", "scene.gltf"]);
-    assert_eq!(info.code, Some(0), "{}", info.stderr);
+    let info = scene.write().dir.succeeds(&["scene", "info", "scene.gltf"]);
     assert!(is_harmless(&info.stdout) && info.stdout.contains("u001b]0;owned"), "{}", info.stdout);
     assert!(!info.stdout.contains("\nerror"), "{}", info.stdout);
-    let json = caustics(scene.path(), &["scene", "info", "scene.gltf", "--json"]);
-    assert!(is_harmless(&json.stdout), "{}", json.stdout);
-    let json: Value = serde_json::from_str(&json.stdout).unwrap();
-    assert_eq!(json["materials"][0], active);
-    let run = caustics(scene.path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let info = scene.dir.run(&["scene", "info", "scene.gltf", "--json"]);
+    assert!(is_harmless(&info.stdout), "{}", info.stdout);
+    assert_eq!(info.json()["materials"][0], active);
+    let run = scene.dir.succeeds(&[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
     assert!(is_harmless(&run.stderr), "{}", run.stderr);
     // Warnings of one kind are one line, whoever asks for it.
     let lines = run.stderr.lines().filter(|line| line.contains("is not supported")).count();
@@ -68,7 +66,7 @@ fn names_of_a_file_command_no_terminal_and_drown_no_message() {
         for text in [active.to_string(), long(active), long("a")] {
             let mut scene = Scene::new("ring");
             spoil(&mut scene.json, text);
-            let run = caustics(scene.write().path(), &["scene", "info", "scene.gltf", "--strict"]);
+            let run = scene.write().dir.run(&["scene", "info", "scene.gltf", "--strict"]);
             assert_eq!(fault(&run, 1, &["scene.gltf", ";"]), None);
             assert!(is_harmless(&run.stderr), "{}", run.stderr);
             assert!(run.stderr.len() < 8000, "{}", run.stderr.len());
@@ -76,14 +74,14 @@ fn names_of_a_file_command_no_terminal_and_drown_no_message() {
     }
 
     // A cause is told once.
-    let run = caustics(scene.path(), &["scene", "info", "missing.glb"]);
+    let run = scene.dir.run(&["scene", "info", "missing.glb"]);
     assert_eq!(run.stderr.matches("No such file").count(), 1, "{}", run.stderr);
 }
 
 #[test]
 #[cfg(unix)]
 fn a_second_interrupt_ends_at_once() {
-    let folder = tempfile::tempdir().unwrap();
+    let dir = TestDir::new();
     let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/ring");
     let begin = std::time::Instant::now();
     // One frame that takes minutes. The first interrupt waits for it, the second does not.
@@ -94,7 +92,7 @@ fn a_second_interrupt_ends_at_once() {
         ring.display()
     );
     // A shell's background jobs ignore interrupts unless it is told to control jobs.
-    let run = shell(folder.path(), &format!("set -m; {line}"));
+    let run = shell(&dir, &format!("set -m; {line}"));
     assert!(run.stdout.starts_with("waits\n130\n"), "{} {}", run.stdout, run.stderr);
     assert!(run.stdout.contains("once more ends at once"), "{}", run.stdout);
     assert!(begin.elapsed().as_secs() < 30, "{:?}", begin.elapsed());

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::{Scene, TINY, caustics};
+use super::{Scene, TINY};
 
 fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/textured-room")
@@ -14,7 +14,7 @@ fn source() -> PathBuf {
 pub fn whole() -> Scene {
     let scene = Scene::new("textured-room");
     for file in ["tiles.png", "bricks.png", "rings.png", "leaves.png", "panes.png"] {
-        std::fs::copy(source().join(file), scene.path().join(file)).unwrap();
+        std::fs::copy(source().join(file), scene.dir.path(file)).unwrap();
     }
     scene
 }
@@ -30,23 +30,22 @@ fn a_decoder_that_panics_says_nothing_of_its_own() {
     let format = word(&[44, 0, 40 << 16 | 2, 2 << 16 | 419, 3 << 8 | 3, 8, 0, 63 << 16, 0, 0, u32::MAX]);
     let file = [&b"\xABKTX 20\xBB\r\n\x1A\n"[..], &header, &global, &level, &format, &[0; 189]].concat();
     let mut scene = whole();
-    std::fs::write(scene.path().join("a.ktx2"), file).unwrap();
+    scene.dir.write("a.ktx2", file);
     scene.json["images"][0] = json!({ "uri": "a.ktx2" });
     scene.replaces(&["image 0", "Basis Universal data are damaged"]);
-    let run = caustics(scene.path(), &[&["render", "scene.gltf", "-o", "b.exr"], &TINY[..]].concat());
+    let run = scene.dir.run(&[&["render", "scene.gltf", "-o", "b.exr"], &TINY[..]].concat());
     assert!(!run.stderr.contains("panicked") && !run.stderr.contains(".rs:"), "{}", run.stderr);
 }
 
 #[test]
 fn textures_that_cannot_be_had_are_replaced() {
     let tiles = std::fs::read(source().join("tiles.png")).unwrap();
-    let run =
-        caustics(whole().write().path(), &[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let render = [&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat();
+    whole().write().dir.succeeds(&render);
 
     // The file: missing, empty, no image, cut off, and with a damaged length.
     let scene = whole();
-    std::fs::remove_file(scene.path().join("tiles.png")).unwrap();
+    std::fs::remove_file(scene.dir.path("tiles.png")).unwrap();
     scene.replaces(&["image 0", "tiles.png"]);
     let mut damaged = tiles.clone();
     damaged[40] ^= 0xff;
@@ -59,7 +58,7 @@ fn textures_that_cannot_be_had_are_replaced() {
     ];
     for (bytes, words) in contents {
         let scene = whole();
-        std::fs::write(scene.path().join("tiles.png"), bytes).unwrap();
+        scene.dir.write("tiles.png", bytes);
         scene.replaces(&["image 0", words]);
     }
 
@@ -67,7 +66,7 @@ fn textures_that_cannot_be_had_are_replaced() {
     let mut huge = tiles.clone();
     huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
     let scene = whole();
-    std::fs::write(scene.path().join("tiles.png"), &huge).unwrap();
+    scene.dir.write("tiles.png", &huge);
     scene.replaces(&["image 0", "cannot be decoded"]);
 
     // Indices of the document.

@@ -1,13 +1,12 @@
 //! A process that may have few threads renders with these, or says why it cannot.
 
-use std::path::Path;
-
-use super::{Run, TINY, caustics, shell};
+use super::{TINY, shell};
+use crate::test_dir::{Run, TestDir};
 
 /// Runs a command in 4 GiB of address space with threads whose stacks take this much of it (MiB).
-fn run_with_stacks(folder: &Path, stack: u64, arguments: &str) -> Run {
+fn run_with_stacks(dir: &TestDir, stack: u64, arguments: &str) -> Run {
     let line = format!("ulimit -v 4194304; export RUST_MIN_STACK={}; exec \"$0\" {arguments}", stack << 20);
-    shell(folder, &line)
+    shell(dir, &line)
 }
 
 /// Stacks of which there is room for none, for one, and for two.
@@ -16,13 +15,12 @@ const STACKS: [u64; 3] = [8192, 2500, 1300];
 #[test]
 #[cfg(target_os = "linux")]
 fn a_process_without_threads_computes_by_the_one_that_it_has() {
-    let folder = tempfile::tempdir().unwrap();
-    let whole = caustics(folder.path(), &[&["render", "ring", "-o", "whole.exr"], &TINY[..]].concat());
-    assert_eq!(whole.code, Some(0), "{}", whole.stderr);
+    let dir = TestDir::new();
+    dir.succeeds(&[&["render", "ring", "-o", "whole.exr"], &TINY[..]].concat());
     for stack in STACKS {
         for threads in [0, 1] {
             let render = format!("render ring -o part.exr --force --threads {threads} {}", TINY.join(" "));
-            let run = run_with_stacks(folder.path(), stack, &render);
+            let run = run_with_stacks(&dir, stack, &render);
             assert_eq!(run.code, Some(0), "{stack} MiB: {}", run.stderr);
             if stack == STACKS[0] {
                 assert!(
@@ -33,10 +31,10 @@ fn a_process_without_threads_computes_by_the_one_that_it_has() {
                 assert!(run.stderr.contains("Ctrl-C ends at once"), "{}", run.stderr);
             }
             let compare = "compare part.exr whole.exr --fail-above mse=0";
-            let compared = run_with_stacks(folder.path(), stack, compare);
+            let compared = run_with_stacks(&dir, stack, compare);
             assert_eq!(compared.code, Some(0), "{stack} MiB: {}{}", compared.stdout, compared.stderr);
         }
-        let info = run_with_stacks(folder.path(), stack, "scene info ring");
+        let info = run_with_stacks(&dir, stack, "scene info ring");
         assert_eq!(info.code, Some(0), "{stack} MiB: {}", info.stderr);
     }
 }
@@ -44,8 +42,8 @@ fn a_process_without_threads_computes_by_the_one_that_it_has() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_page_without_threads_says_what_it_takes() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = run_with_stacks(folder.path(), STACKS[0], "view ring --port 0 --runner cpu");
+    let dir = TestDir::new();
+    let run = run_with_stacks(&dir, STACKS[0], "view ring --port 0 --runner cpu");
     assert_eq!(run.code, Some(1), "{}", run.stderr);
     for words in ["error: a page takes threads of its own", "start 0 of 7 threads", "pids"] {
         assert!(run.stderr.contains(words), "{words}: {}", run.stderr);

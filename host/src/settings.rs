@@ -9,10 +9,10 @@ use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::caster::Casters;
 use caustics_kernels::interface::choice::{
-    Caustics, Fireflies, LightSampler, PathHistory, Sampler, TextureFilter,
+    Caustics, Fireflies, LightSampler, PathHistory, PixelFilter, Sampler, TextureFilter,
 };
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::{FrameParams, TEXTURE_FILTER_CONE, TEXTURE_FILTER_FINEST, Window};
+use caustics_kernels::interface::frame::{FrameParams, Window};
 use caustics_kernels::interface::history::validation_paths;
 use caustics_kernels::interface::sequence::Sequence;
 use caustics_kernels::method::{Method, Parts, Stages};
@@ -47,9 +47,9 @@ pub struct Settings {
     pub specular_roughness: f32,
     /// Seed of all random numbers.
     pub seed: u32,
-    /// `PIXEL_FILTER_CENTRE` or `PIXEL_FILTER_BOX`.
-    pub pixel_filter: u32,
-    /// Which level of its textures a camera prefix sees; `None` takes what the method says.
+    /// Positions in a pixel that camera rays pass through.
+    pub pixel_filter: PixelFilter,
+    /// Level of its textures that a camera prefix sees; `None` takes that of the method.
     pub texture_filter: Option<TextureFilter>,
     /// Exposure of the PNG (stops).
     pub exposure: f32,
@@ -93,7 +93,7 @@ impl Default for Settings {
             widens: false,
             specular_roughness: 0.25,
             seed: 0,
-            pixel_filter: 0,
+            pixel_filter: PixelFilter::Centre,
             texture_filter: None,
             exposure: 0.0,
             background: None,
@@ -142,10 +142,7 @@ impl Settings {
         let features = scene.features(self.specular_roughness);
         let caustics = features.has(Features::CASTERS) && features.has(Features::RECEIVERS);
         let shoots = caustics && is_lit && self.max_bounces > 1;
-        let texture_filter = match self.texture_filter {
-            Some(TextureFilter::Finest) => TEXTURE_FILTER_FINEST,
-            Some(TextureFilter::Cone) | None => TEXTURE_FILTER_CONE,
-        };
+        let texture_filter = self.texture_filter.unwrap_or(TextureFilter::Cone);
         let casters = if shoots && self.emission.uses_casters {
             scene.casters(self.specular_roughness)
         } else {
@@ -160,7 +157,7 @@ impl Settings {
             seed: self.seed,
             frame,
             max_bounces: self.max_bounces,
-            filters: self.pixel_filter | texture_filter,
+            filters: FrameParams::filters(self.pixel_filter, texture_filter),
             specular_roughness: self.specular_roughness,
             radius_px: self.radius_px,
             pixel_spread: camera.pixel_spread(self.width, self.height),

@@ -49,10 +49,11 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
     let viewpoint = scene.camera(Some(camera)).ok();
     format!(
         "scene {} {} origin {:?} camera {viewpoint:?} {width}x{height} paths {light_paths} {caustics:?} bounces {max_bounces} radius \
-         {radius_px} specular {specular_roughness} filter {pixel_filter} textures {texture_filter:?} background {:?} kernels {}\n",
+         {radius_px} specular {specular_roughness} filter {} textures {texture_filter:?} background {:?} kernels {}\n",
         scene.name,
         scene.fingerprint(),
         scene.origin,
+        *pixel_filter as u32,
         background.unwrap_or(scene.background),
         kernels::SOURCES
     )

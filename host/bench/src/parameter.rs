@@ -312,7 +312,7 @@ pub static FEATURES: Parameter = Parameter {
     ..chosen!(features: FeatureChoice)
 };
 
-/// Light paths of a frame; other keys for them: [`PATHS_SPELLINGS`].
+/// Light paths of a frame; other keys for them: `PATHS_SPELLINGS`.
 pub static PATHS_PER_PIXEL: Parameter = Parameter {
     key: "paths_per_pixel",
     head: "paths/px",

@@ -8,6 +8,8 @@ use caustics::kernels::Source;
 use caustics::rendered_image::Aov;
 use caustics::scene::{BvhCache, BvhOptions, BvhQuality, LoadOptions, Position};
 use caustics_bench::renamed;
+use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use thiserror::Error;
@@ -37,6 +39,16 @@ pub use sharding::Sharding;
 pub use survey::Survey;
 pub use sweep::SweepOptions;
 pub use view::Viewer;
+
+/// Parses a choice of the kernels by its names, and describes its values in the help.
+macro_rules! choice_parser {
+    ($choice:ident) => {
+        PossibleValuesParser::new(
+            $choice::ALL.iter().map(|value| PossibleValue::new(value.name()).help(value.description())),
+        )
+        .try_map(|name| name.parse::<$choice>())
+    };
+}
 
 /// The command line asks for something that cannot be: exit code 2.
 #[derive(Debug, Error)]
@@ -167,11 +179,11 @@ pub struct ImageOptions {
     #[arg(long, default_value_t = 0.25)]
     pub specular_roughness: f32,
     /// Where in a pixel its rays go [default: box where frames are averaged, else centre]
-    #[arg(long, value_enum)]
-    pub pixel_filter: Option<PixelFilterOption>,
+    #[arg(long, value_parser = choice_parser!(PixelFilter))]
+    pub pixel_filter: Option<PixelFilter>,
     /// Which level of its textures the camera sees [default: finest for reference, path, progressive, and means of frames over
     /// whole pixels, else cone]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = choice_parser!(TextureFilter))]
     pub texture_filter: Option<TextureFilter>,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]
@@ -381,24 +393,6 @@ pub enum Tracer {
     Hardware,
     /// The project's own BVH
     Software,
-}
-
-/// Pixel filters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PixelFilterOption {
-    /// Rays through pixel centres
-    Centre,
-    /// Rays uniform over the pixel
-    Box,
-}
-
-/// Texture filters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum TextureFilter {
-    /// That of the pixel's footprint: still in one frame, not quite the material
-    Cone,
-    /// The finest: right where rays over the whole pixel are averaged
-    Finest,
 }
 
 /// Debugging aids.

@@ -31,7 +31,7 @@ pub fn array<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
 ///
 /// # Errors
 ///
-/// Those of [`array`].
+/// Those of `array`.
 pub fn optional<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
     array: D,
 ) -> Result<Option<[T; N]>, D::Error> {

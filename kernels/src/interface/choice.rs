@@ -37,6 +37,17 @@ macro_rules! choice {
                 Self::ALL.iter().copied().find(|value| value.name() == name)
             }
         }
+
+        #[cfg(not(target_arch = "spirv"))]
+        impl std::str::FromStr for $choice {
+            type Err = String;
+
+            /// The value of this name; an error lists those there are.
+            fn from_str(name: &str) -> Result<$choice, String> {
+                let names = || Self::ALL.iter().map(|value| value.name()).collect::<Vec<_>>().join(", ");
+                Self::find(name).ok_or_else(|| format!("there is no {name:?}; known are {}", names()))
+            }
+        }
     };
 }
 
@@ -91,10 +102,19 @@ choice! {
 }
 
 choice! {
-    /// Which level of its textures a camera prefix sees; every other path sees the finest.
+    /// Positions in a pixel that camera rays pass through.
+    PixelFilter
+    /// The centre.
+    Centre "centre" "rays through pixel centres"
+    /// Positions that are uniform over the pixel.
+    Box "box" "rays uniform over the pixel"
+}
+
+choice! {
+    /// Level of its textures that a camera prefix sees; every other path sees the finest.
     TextureFilter
     /// That of the pixel's ray cone: one ray a pixel does not flicker, and materials are not what they are close by.
-    Cone "cone" "that of the pixel's ray cone"
+    Cone "cone" "that of the pixel's footprint: still in one frame, not quite the material"
     /// The finest: rays over the whole pixel must average it, and then its image is right.
-    Finest "finest" "the finest, always"
+    Finest "finest" "the finest: right where rays over the whole pixel are averaged"
 }

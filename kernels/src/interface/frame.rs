@@ -1,6 +1,7 @@
 //! What every pass gets: the settings of the frame, and where a dispatch stands in its pass.
 
 use crate::interface::caster::Casters;
+use crate::interface::choice::{PixelFilter, TextureFilter};
 use crate::interface::counters::PhotonState;
 use crate::interface::history::HistorySettings;
 use crate::interface::sequence::Sequence;
@@ -68,7 +69,7 @@ pub struct FrameParams {
     pub validation_path_count: u32,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
-    /// `PIXEL_FILTER_*` and `TEXTURE_FILTER_*`, a bit each.
+    /// Pixel filter and texture filter, a bit each ([`FrameParams::filters`]).
     pub filters: u32,
     /// Reflection lobes of at most this roughness are specular.
     pub specular_roughness: f32,
@@ -176,10 +177,22 @@ impl FrameParams {
         sum
     }
 
-    /// Whether a bit of `filters` is set.
+    /// Word of `filters` that has both filters.
     #[inline]
-    pub fn has_filter(&self, filter: u32) -> bool {
-        self.filters & filter != 0
+    pub fn filters(pixel: PixelFilter, texture: TextureFilter) -> u32 {
+        pixel as u32 | (texture as u32) << 1
+    }
+
+    /// Whether camera rays are uniform over a pixel, else they pass through its centre.
+    #[inline]
+    pub fn has_box_filter(&self) -> bool {
+        self.filters & Self::filters(PixelFilter::Box, TextureFilter::Cone) != 0
+    }
+
+    /// Whether camera prefixes see the finest level of textures, else that of their ray cone.
+    #[inline]
+    pub fn sees_finest_textures(&self) -> bool {
+        self.filters & Self::filters(PixelFilter::Centre, TextureFilter::Finest) != 0
     }
 
     /// 1 / quantum, exact: the exponent of a power of two changes its sign.
@@ -194,15 +207,6 @@ pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
 
 /// One light path in so many is of the pilot of a frame, where it has one.
 pub const PILOT: u32 = 8;
-
-/// `FrameParams::filters`: rays through pixel centres.
-pub const PIXEL_FILTER_CENTRE: u32 = 0;
-/// `FrameParams::filters`: rays uniform over the pixel.
-pub const PIXEL_FILTER_BOX: u32 = 1;
-/// `FrameParams::filters`: camera prefixes see the texture level of their ray cone.
-pub const TEXTURE_FILTER_CONE: u32 = 0;
-/// `FrameParams::filters`: every path sees the finest level.
-pub const TEXTURE_FILTER_FINEST: u32 = 2;
 
 #[cfg(test)]
 mod tests {

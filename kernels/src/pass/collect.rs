@@ -11,7 +11,7 @@ use crate::interface::NONE;
 use crate::interface::choice::Caustics;
 use crate::interface::counters::Counter;
 use crate::interface::features::Features;
-use crate::interface::frame::{FrameParams, PIXEL_FILTER_BOX, TEXTURE_FILTER_FINEST};
+use crate::interface::frame::FrameParams;
 use crate::interface::light::Light;
 use crate::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::packed::to_signed_shares;
@@ -155,7 +155,7 @@ impl CameraPathStart {
 pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
     let u = next4(rng, &params.sequence);
     let (mut x, mut y) = (0.5, 0.5);
-    if params.has_filter(PIXEL_FILTER_BOX) {
+    if params.has_box_filter() {
         (x, y) = (u.x, u.y);
     }
     let (column, row) = params.on_film(pixel);
@@ -377,7 +377,7 @@ pub fn follow<T: Tracer, O: PathObserver, C: Atomics>(
                 if needs_virtual_image(features) {
                     aside.set_pencil(&aside.pencil().advance(hit.distance));
                 }
-                if !params.has_filter(TEXTURE_FILTER_FINEST) {
+                if !params.sees_finest_textures() {
                     width = cone.total_width();
                 }
             }

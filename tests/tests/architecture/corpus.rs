@@ -8,6 +8,7 @@ use caustics::image_file::Channels;
 use caustics::output::exr;
 use caustics::scene::{CameraChoice, DefaultLight, LoadOptions, Staged, Staging};
 use caustics::{RenderedImage, Session, Settings};
+use caustics_kernels::interface::choice::PixelFilter;
 
 const SIZE: (usize, usize) = (32, 18);
 /// Frames of an image: enough that a wrong texture or normal is seen through the noise, which is the same each time.
@@ -42,7 +43,7 @@ fn image(path: &Path) -> RenderedImage {
         width: SIZE.0 as u32,
         height: SIZE.1 as u32,
         light_paths: 2000,
-        pixel_filter: 1,
+        pixel_filter: PixelFilter::Box,
         ..Settings::default()
     };
     let mut session = Session::builder(&scene).camera(&camera).settings(settings).build().expect("a session");

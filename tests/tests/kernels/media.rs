@@ -5,9 +5,9 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::{FLAG_HANGING, Material};
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::interface::ray::Ray;
@@ -424,7 +424,7 @@ fn under_an_open_surface(eye: DVec3, view: f32) -> Scene {
 
 /// Mean of all pixels, and its error over the frames.
 fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3] {
-    let settings = Settings { seed, light_paths: 8000, pixel_filter: PIXEL_FILTER_BOX, ..settings(24, 18) };
+    let settings = Settings { seed, light_paths: 8000, pixel_filter: PixelFilter::Box, ..settings(24, 18) };
     let method = if progressive { &caustics_kernels::method::progressive::PROGRESSIVE } else { &PATH };
     let features = scene.features(0.25);
     let mut session =

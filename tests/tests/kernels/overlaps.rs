@@ -8,8 +8,8 @@ use caustics::scene::{Edits, LoadOptions, NodeEdit, Scene};
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
+use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::path::PATH;
 use caustics_kernels::surface::dispersion::Channel;
@@ -214,7 +214,7 @@ fn rendered(scene: &Scene, seed: u32) -> [Mean; 2] {
         height,
         seed,
         max_bounces: 10,
-        pixel_filter: PIXEL_FILTER_BOX,
+        pixel_filter: PixelFilter::Box,
         ..Settings::default()
     };
     let (runner, features) = (RunnerChoice::Cpu { threads: 0 }, scene.features(0.25));

@@ -11,7 +11,7 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
@@ -44,7 +44,7 @@ fn settings(light_paths: u32, seed: u32) -> Settings {
         light_paths,
         max_bounces: 2,
         radius_px: 8.0,
-        pixel_filter: PIXEL_FILTER_BOX,
+        pixel_filter: PixelFilter::Box,
         seed,
         ..Settings::default()
     }

@@ -5,9 +5,8 @@ use caustics::session::RunnerChoice;
 use caustics::settings::Settings;
 use caustics_kernels::emission::{AIMED, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::choice::{Caustics, LightSampler};
+use caustics_kernels::interface::choice::{Caustics, LightSampler, PixelFilter};
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::light::environment::{direction_of, pdf_solid_angle, radiance_from, to_unit_square};
 use caustics_kernels::light::light_sampling::LightCandidates;
@@ -156,7 +155,7 @@ fn settings(seed: u32) -> Settings {
     Settings {
         width: 64,
         height: 48,
-        pixel_filter: PIXEL_FILTER_BOX,
+        pixel_filter: PixelFilter::Box,
         radius_px: 0.3,
         seed,
         ..Settings::default()

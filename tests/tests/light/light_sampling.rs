@@ -6,8 +6,7 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::choice::LightSampler;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::choice::{LightSampler, PixelFilter};
 use caustics_kernels::method::path::PATH;
 use caustics_tests::blocks::Blocks;
 use caustics_tests::scenes::*;
@@ -22,7 +21,7 @@ fn settings(light_sampler: LightSampler, seed: u32) -> Settings {
 /// What frames of path tracing find, block by block.
 fn blocks(scene: &Scene, light_sampler: LightSampler, frames: u32) -> Blocks {
     let seed = light_sampler as u32;
-    let settings = Settings { pixel_filter: PIXEL_FILTER_BOX, ..settings(light_sampler, seed) };
+    let settings = Settings { pixel_filter: PixelFilter::Box, ..settings(light_sampler, seed) };
     Blocks::render(&CPU, scene, &settings, &PATH, &PHOTONS_GRID, frames)
 }
 

@@ -7,8 +7,7 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::choice::Sampler;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::choice::{PixelFilter, Sampler};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
@@ -22,7 +21,7 @@ use glam::DVec3;
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 
 fn settings(sampler: Sampler, batches: u32, seed: u32) -> Settings {
-    let (width, height, pixel_filter) = (64, 48, PIXEL_FILTER_BOX);
+    let (width, height, pixel_filter) = (64, 48, PixelFilter::Box);
     Settings { width, height, pixel_filter, sampler, batches, seed, light_paths: 4000, ..Settings::default() }
 }
 

@@ -10,8 +10,7 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
-use caustics_kernels::interface::choice::{Caustics, LightSampler, TextureFilter};
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::choice::{Caustics, LightSampler, PixelFilter, TextureFilter};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -34,7 +33,7 @@ fn settings(seed: u32, specular_roughness: f32) -> Settings {
         width: 64,
         height: 48,
         radius_px: 0.3,
-        pixel_filter: PIXEL_FILTER_BOX,
+        pixel_filter: PixelFilter::Box,
         texture_filter: Some(TextureFilter::Finest),
         specular_roughness,
         seed,
@@ -516,7 +515,7 @@ mod release {
                 width: 32,
                 height: 24,
                 light_paths: 20_000,
-                pixel_filter: PIXEL_FILTER_BOX,
+                pixel_filter: PixelFilter::Box,
                 seed: 2 * u32::from(step) + seed,
                 ..Settings::default()
             };

@@ -7,7 +7,7 @@ use caustics::session::{Session, SessionError};
 use caustics::settings::Settings;
 use caustics::{history, method};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
-use caustics_kernels::interface::choice::Caustics;
+use caustics_kernels::interface::choice::{Caustics, PixelFilter};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::interface::texture::MaterialTextures;
@@ -26,7 +26,7 @@ fn settings(emission: &'static Emission, caustics: Caustics) -> Settings {
         light_paths: 12_000,
         emission,
         caustics,
-        pixel_filter: 1,
+        pixel_filter: PixelFilter::Box,
         ..Settings::default()
     }
 }
@@ -257,7 +257,11 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
     b.light(DVec3::new(0.0, 3.0, 0.5), 5.0);
     b.camera(DVec3::new(0.0, 0.5, 1.0), DVec3::new(0.0, 0.3, -1.0), 0.2);
     let scene = Scene { origin: DVec3::new(10.0, 20.0, 30.0), ..b.build() };
-    let settings = Settings { light_paths: 200_000, pixel_filter: 0, ..settings(&POWER, Caustics::First) };
+    let settings = Settings {
+        light_paths: 200_000,
+        pixel_filter: PixelFilter::Centre,
+        ..settings(&POWER, Caustics::First)
+    };
     let mut session = open(&scene, settings, &method::BASIC);
     session.frame(0).expect("a frame");
     let pixel = (HEIGHT / 2) * WIDTH + WIDTH / 2;

@@ -7,7 +7,7 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_bench::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::kim2019::{KIM2019, KIM2019_FACING};
@@ -82,7 +82,7 @@ fn kim_conserves_the_energy_of_a_grazing_caustic() {
     let scene = b.build();
     for (width, height) in [(128, 80), (512, 320)] {
         let size = |seed| Settings { width, height, light_paths: 50_000, ..settings(seed) };
-        let jittered = Settings { pixel_filter: PIXEL_FILTER_BOX, ..size(1) };
+        let jittered = Settings { pixel_filter: PixelFilter::Box, ..size(1) };
         let reference = direct(&images(&scene, &jittered, &BASIC, 8));
         let kim = direct(&images(&scene, &size(1), &KIM2019, 8));
         // The same light paths, so that ratios frame by frame have little noise.

@@ -7,8 +7,7 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::VALIDATED;
-use caustics_kernels::interface::choice::{PathHistory, Sampler};
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::choice::{PathHistory, PixelFilter, Sampler};
 use caustics_kernels::method::basic::BASIC;
 use caustics_tests::moving::{Moving, moving_mirror};
 use glam::Vec3;
@@ -59,7 +58,7 @@ fn reference(scene: &Scene, samples: u32) -> Vec<RenderedImage> {
     let mut scene = scene.clone();
     let many = Settings {
         light_paths: 4 * WIDTH * HEIGHT,
-        pixel_filter: PIXEL_FILTER_BOX,
+        pixel_filter: PixelFilter::Box,
         sampler: Sampler::Sobol,
         ..settings(77)
     };

@@ -6,8 +6,7 @@ use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::path::MAX_FRAMES;
-use caustics_kernels::interface::choice::{PathHistory, Sampler};
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::choice::{PathHistory, PixelFilter, Sampler};
 use caustics_kernels::interface::history::{HistoryPoint, PathHistoryLight, Retraced};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::method::basic::BASIC;
@@ -64,7 +63,7 @@ fn corner() -> Scene {
 #[test]
 fn a_still_view_shows_the_mean_of_its_frames() {
     let scene = corner();
-    for pixel_filter in [0, PIXEL_FILTER_BOX] {
+    for pixel_filter in PixelFilter::ALL.iter().copied() {
         let [mut raw, mut kept] = ALL
             .map(|path_history| session(&scene, &Settings { pixel_filter, ..settings(path_history, 3) }, 0));
         let mut mean = Accumulation::default();
@@ -83,7 +82,7 @@ fn a_still_view_shows_the_mean_of_its_frames() {
                 same += u32::from(close && point.samples == frame as f32 + 1.0);
             }
             // Rays over the whole pixel meet two surfaces along an edge: there the history is a neighbour's.
-            let min_share = if pixel_filter == PIXEL_FILTER_BOX { 0.95 } else { 1.0 };
+            let min_share = if pixel_filter == PixelFilter::Box { 0.95 } else { 1.0 };
             assert!(
                 seen > 3000 && f64::from(same) >= min_share * f64::from(seen),
                 "frame {frame}: {same} of {seen}"
@@ -188,7 +187,7 @@ fn reference(scene: &Scene, samples: u32, frames: u32) -> Vec<Vec3> {
     let mut scene = scene.clone();
     scene.pose(f64::from(frames - 1) / FPS).expect("a pose");
     let settings = Settings {
-        pixel_filter: PIXEL_FILTER_BOX,
+        pixel_filter: PixelFilter::Box,
         sampler: Sampler::Sobol,
         ..settings(PathHistory::None, 77)
     };

@@ -7,10 +7,9 @@ use caustics::session::{RunnerChoice, Session, SessionError};
 use caustics::settings::Settings;
 use caustics_kernels::emission::{AIMED, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::choice::{Fireflies, PathHistory, Sampler};
+use caustics_kernels::interface::choice::{Fireflies, PathHistory, PixelFilter, Sampler};
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::kim2019::KIM2019;
@@ -49,7 +48,7 @@ fn a_picture_of_tiles_is_the_picture_to_the_bit() {
         let with_tiles = |tiles| Settings {
             emission,
             sampler,
-            pixel_filter: PIXEL_FILTER_BOX,
+            pixel_filter: PixelFilter::Box,
             auxiliary: true,
             ..settings(tiles)
         };

@@ -2,12 +2,12 @@
 
 use std::ops::RangeInclusive;
 
-use caustics_kernels::interface::choice::TextureFilter;
+use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::matrix_table::MatrixTable;
-use super::value::{Count, Filter, NonEmpty, Positive, Side};
+use super::value::{Count, Named, NonEmpty, Positive, Side};
 use crate::reference::SEED;
 use crate::renamed;
 use caustics::exact;
@@ -44,13 +44,13 @@ pub struct Config {
     pub exposure: f32,
     /// Which level of its textures the camera sees, in all cells and the references alike.
     #[serde(default = "cone")]
-    pub texture_filter: Filter,
+    pub texture_filter: Named<TextureFilter>,
     /// Reflections of at most this roughness are specular.
     #[serde(default = "specular_roughness")]
     pub specular_roughness: f32,
     /// Where in a pixel its rays go.
-    #[serde(default)]
-    pub pixel_filter: PixelFilterConfig,
+    #[serde(default = "centre")]
+    pub pixel_filter: Named<PixelFilter>,
     /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
     #[serde(default, deserialize_with = "exact::optional")]
     pub background: Option<[f32; 3]>,
@@ -108,17 +108,6 @@ impl EnvironmentTable {
 
 fn one() -> f32 {
     1.0
-}
-
-/// Where in a pixel its rays go.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum PixelFilterConfig {
-    /// Through its centre.
-    #[default]
-    Centre,
-    /// Anywhere in it.
-    Box,
 }
 
 /// `[time]`.
@@ -275,8 +264,12 @@ fn fps() -> Positive {
     Positive(24.0)
 }
 
-fn cone() -> Filter {
-    Filter(TextureFilter::Cone)
+fn cone() -> Named<TextureFilter> {
+    Named(TextureFilter::Cone)
+}
+
+fn centre() -> Named<PixelFilter> {
+    Named(PixelFilter::Centre)
 }
 
 fn copies() -> u64 {

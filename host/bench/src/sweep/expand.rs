@@ -4,11 +4,10 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::ensure;
-use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
 use glam::Vec3;
 use toml::Spanned;
 
-use super::config::{Config, EnvironmentTable, PixelFilterConfig};
+use super::config::{Config, EnvironmentTable};
 use super::matrix_table::MatrixTable;
 use crate::cell::{Cell, Paths};
 use crate::cell_parameters::name_all;
@@ -154,10 +153,7 @@ impl SweepPart {
             exposure: config.exposure,
             texture_filter: Some(config.texture_filter.0),
             specular_roughness: config.specular_roughness,
-            pixel_filter: match config.pixel_filter {
-                PixelFilterConfig::Centre => PIXEL_FILTER_CENTRE,
-                PixelFilterConfig::Box => PIXEL_FILTER_BOX,
-            },
+            pixel_filter: config.pixel_filter.0,
             background: config.background.map(Vec3::from),
             ..Settings::default()
         };

@@ -1,6 +1,7 @@
 //! Values of a sweep's file, each of which knows what it may be.
 
-use caustics_kernels::interface::choice::TextureFilter;
+use std::str::FromStr;
+
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 
@@ -20,9 +21,9 @@ pub struct Count(pub u32);
 #[derive(Clone, Copy, Debug)]
 pub struct Side(pub u32);
 
-/// Which level of its textures a camera sees, by its name.
+/// A choice, by its name.
 #[derive(Clone, Copy, Debug)]
-pub struct Filter(pub TextureFilter);
+pub struct Named<T>(pub T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for NonEmpty<T> {
     fn deserialize<D: Deserializer<'de>>(text: D) -> Result<Self, D::Error> {
@@ -31,14 +32,9 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for NonEmpty<T> {
     }
 }
 
-impl<'de> Deserialize<'de> for Filter {
+impl<'de, T: FromStr<Err = String>> Deserialize<'de> for Named<T> {
     fn deserialize<D: Deserializer<'de>>(text: D) -> Result<Self, D::Error> {
-        let name = String::deserialize(text)?;
-        let found = TextureFilter::find(&name);
-        let names = || TextureFilter::ALL.iter().map(|known| known.name()).collect::<Vec<_>>().join(", ");
-        found.map(Filter).ok_or_else(|| {
-            D::Error::custom(format!("no texture filter is called {name}; known are {}", names()))
-        })
+        String::deserialize(text)?.parse().map(Named).map_err(D::Error::custom)
     }
 }
 

@@ -6,17 +6,16 @@ use caustics::exposure::Exposure;
 use caustics_bench::parameter::PATHS_PER_PIXEL;
 use caustics_bench::result::CellResult;
 use caustics_bench::store::{Results, create};
-use caustics_bench::sweep::config::{self, Config, EnvironmentTable, ErrorTable, TimeTable};
-use caustics_bench::sweep::value::{Count, Filter, Positive, Side};
+use caustics_bench::sweep::config::{Config, EnvironmentTable, ErrorTable, TimeTable};
+use caustics_bench::sweep::value::{Count, Named, Positive, Side};
 use caustics_bench::table::table;
+use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
 use toml::Spanned;
 
 use super::console::print;
-use super::options::{
-    camera, check_environment, check_fps, check_size, color, default_light, texture_filter,
-};
+use super::options::{camera, check_environment, check_fps, check_size, color, default_light};
 use super::sweep::{check_tables, expand, forget, measure, tasks, write_tables};
-use crate::cli::{Bench, PixelFilterOption, Quantity, TextureFilter, Usage};
+use crate::cli::{Bench, Quantity, Usage};
 
 /// Measures, writes and prints. 130 after Ctrl-C, with the cells that were done.
 pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
@@ -77,12 +76,9 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         first_frame: frames.start,
         seed: view.seed,
         exposure: exposure as f32,
-        texture_filter: Filter(texture_filter(view.texture_filter.unwrap_or(TextureFilter::Cone))),
+        texture_filter: Named(view.texture_filter.unwrap_or(TextureFilter::Cone)),
         specular_roughness: view.specular_roughness,
-        pixel_filter: match view.pixel_filter {
-            Some(PixelFilterOption::Box) => config::PixelFilterConfig::Box,
-            Some(PixelFilterOption::Centre) | None => config::PixelFilterConfig::Centre,
-        },
+        pixel_filter: Named(view.pixel_filter.unwrap_or(PixelFilter::Centre)),
         background: view.background.as_deref().map(color).transpose()?.map(|color| color.to_array()),
         environment: view.environment.clone().map(|source| EnvironmentTable {
             source,

@@ -9,10 +9,10 @@ use caustics::settings::Settings;
 use caustics_bench::cell::Cell;
 use caustics_bench::limits;
 use caustics_bench::sweep::config::FPS;
-use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
+use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
 use glam::Vec3;
 
-use crate::cli::{Common, ImageOptions, PixelFilterOption, TextureFilter, Usage};
+use crate::cli::{Common, ImageOptions, Usage};
 
 /// Checks the options that no type can. Of several frames rays go anywhere in a pixel where nobody says where.
 pub fn settings(options: &ImageOptions, cell: &Cell, frames: u32) -> Result<Settings, Usage> {
@@ -26,17 +26,13 @@ pub fn settings(options: &ImageOptions, cell: &Cell, frames: u32) -> Result<Sett
         return Err(Usage(format!("--specular-roughness {}: give 0 to 1", options.specular_roughness)));
     }
     let background = options.background.as_deref().map(color).transpose()?;
-    let pixel_filter = match options.pixel_filter {
-        Some(PixelFilterOption::Centre) => PIXEL_FILTER_CENTRE,
-        Some(PixelFilterOption::Box) => PIXEL_FILTER_BOX,
-        // A mean has no history that needs the same places again; centres alone miss what is smaller than a pixel.
-        None if frames > 1 => PIXEL_FILTER_BOX,
-        None => PIXEL_FILTER_CENTRE,
-    };
+    // A mean has no history that needs the same places again; centres alone miss what is smaller than a pixel.
+    let default = if frames > 1 { PixelFilter::Box } else { PixelFilter::Centre };
+    let pixel_filter = options.pixel_filter.unwrap_or(default);
     // The mean over a pixel of what the finest level shows is the reference. That of what a footprint's level shows is not: averaged
     // normals reflect a narrower part of the scene (+19 % in a region of a normal-mapped mirror).
-    let averages = frames > 1 && pixel_filter == PIXEL_FILTER_BOX;
-    let of_means = averages.then_some(caustics_kernels::interface::choice::TextureFilter::Finest);
+    let averages = frames > 1 && pixel_filter == PixelFilter::Box;
+    let of_means = averages.then_some(TextureFilter::Finest);
     Ok(cell.settings(&Settings {
         width,
         height,
@@ -44,7 +40,7 @@ pub fn settings(options: &ImageOptions, cell: &Cell, frames: u32) -> Result<Sett
         specular_roughness: options.specular_roughness,
         seed: options.seed,
         pixel_filter,
-        texture_filter: options.texture_filter.map(texture_filter).or(of_means),
+        texture_filter: options.texture_filter.or(of_means),
         background,
         ..Settings::default()
     }))
@@ -89,14 +85,6 @@ pub fn check_size(width: u32, height: u32) -> Result<(), Usage> {
 /// Refuses more rays a frame than the kernels count in 32 bits.
 pub fn check_rays(cell: &Cell, width: u32, height: u32) -> Result<(), Usage> {
     limits::check_rays(cell, width, height).map_err(Usage)
-}
-
-/// A texture filter as kernels know it.
-pub fn texture_filter(filter: TextureFilter) -> caustics_kernels::interface::choice::TextureFilter {
-    match filter {
-        TextureFilter::Cone => caustics_kernels::interface::choice::TextureFilter::Cone,
-        TextureFilter::Finest => caustics_kernels::interface::choice::TextureFilter::Finest,
-    }
 }
 
 /// The radiance of --background.

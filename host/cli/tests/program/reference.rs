@@ -117,12 +117,12 @@ fn means_take_the_box_and_say_what_their_variance_is_worth() {
     };
     let few = ["--light-paths", "100"];
     for (command, options, filter) in [
-        ("render", &["--frames", "1"][..], 0),
-        ("render", &["--frames", "2"], 1),
-        ("render", &["--frames", "2", "--pixel-filter", "centre"], 0),
-        ("render", &["--frames", "1", "--pixel-filter", "box"], 1),
-        ("reference", &["--spp", "2"], 1),
-        ("reference", &["--spp", "2", "--pixel-filter", "centre"], 0),
+        ("render", &["--frames", "1"][..], "Centre"),
+        ("render", &["--frames", "2"], "Box"),
+        ("render", &["--frames", "2", "--pixel-filter", "centre"], "Centre"),
+        ("render", &["--frames", "1", "--pixel-filter", "box"], "Box"),
+        ("reference", &["--spp", "2"], "Box"),
+        ("reference", &["--spp", "2", "--pixel-filter", "centre"], "Centre"),
     ] {
         let options = if command == "render" { [options, &few[..]].concat() } else { options.to_vec() };
         let attributes = rendered(command, &options);

@@ -10,8 +10,7 @@ use caustics_bench::parameter::{
     AUTO, GATHER, MAX_BOUNCES, METHOD, PARAMETERS, PATHS_PER_PIXEL, Parameter, RADIUS_PX, RUNNER, Values,
 };
 use caustics_kernels::gather::variant;
-use caustics_kernels::interface::choice::TextureFilter;
-use caustics_kernels::interface::frame::{PIXEL_FILTER_BOX, PIXEL_FILTER_CENTRE};
+use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::{self, Method};
 use glam::Vec3;
@@ -85,7 +84,7 @@ fn full(method: &'static Method) -> Configuration {
     }
     let Configuration { name, cell, settings } =
         Configuration::new(format!("{} full", method.name), cell.effective());
-    let settings = Settings { pixel_filter: PIXEL_FILTER_BOX, auxiliary: true, ..settings };
+    let settings = Settings { pixel_filter: PixelFilter::Box, auxiliary: true, ..settings };
     Configuration { name, cell, settings }
 }
 
@@ -139,7 +138,8 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
         batches: _,
         auxiliary,
     } = *own;
-    let other_filter = PIXEL_FILTER_CENTRE + PIXEL_FILTER_BOX - pixel_filter;
+    let other_filter =
+        PixelFilter::ALL.iter().copied().find(|filter| *filter != pixel_filter).expect("two filters");
     let mut found = vec![
         base.with("size=odd", Settings { width: width + 1, height: height + 4, ..own.clone() }),
         base.with("tiles=4", Settings { tiles: Some(4), ..own.clone() }),

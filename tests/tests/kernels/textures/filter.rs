@@ -6,8 +6,7 @@ use caustics::metric::pixels::Pixels;
 use caustics::session::{RunnerChoice, Session};
 use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
-use caustics_kernels::interface::choice::TextureFilter;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
 use caustics_kernels::method::path::PATH;
 use caustics_tests::scenes::committed;
 use glam::DVec3;
@@ -24,7 +23,7 @@ fn render(texture_filter: TextureFilter, scale: usize, samples: u32, seed: u32) 
         width: width as u32,
         height: height as u32,
         max_bounces: 1,
-        pixel_filter: PIXEL_FILTER_BOX,
+        pixel_filter: PixelFilter::Box,
         texture_filter: Some(texture_filter),
         seed,
         ..Settings::default()

@@ -1,8 +1,7 @@
 //! Dispersion: each channel is refracted, reflected and passed by its own index of refraction.
 
 use caustics::settings::Settings;
-use caustics_kernels::interface::choice::Caustics;
-use caustics_kernels::interface::frame::PIXEL_FILTER_BOX;
+use caustics_kernels::interface::choice::{Caustics, PixelFilter};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::light::emit::{EmissionSample, Emit};
@@ -276,7 +275,7 @@ fn a_highlight_on_dispersive_glass_has_its_hue_after_32_frames() {
     b.camera(6.0 * to_eye, DVec3::ZERO, 0.45);
     let scene = b.build();
     let (side, middle) = (64, (0.5_f64, 0.0));
-    let settings = Settings { pixel_filter: PIXEL_FILTER_BOX, ..settings(side, side, 1) };
+    let settings = Settings { pixel_filter: PixelFilter::Box, ..settings(side, side, 1) };
     let frames = render(&scene, &settings, "photons-grid", None, 0, 32);
     // The pixels around the point of mirror reflection, where the lamp's image covers 14 x 11.
     let scale = 0.5 * f64::from(side) / (0.5_f64 * 0.45).tan();

@@ -2,8 +2,8 @@
 
 use caustics::scene::{EnvironmentMap, Scene};
 use caustics::settings::Settings;
+use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::PIXEL_FILTER_CENTRE;
 use caustics_kernels::interface::material::Material;
 use caustics_tests::direct::{mean_and_error, render};
 use caustics_tests::document::{self, Document};
@@ -34,7 +34,7 @@ fn seen_over(scene: &Scene, max_bounces: u32, frames: u32, expected: impl Fn(f64
         height: SIDE,
         light_paths: 1,
         max_bounces,
-        pixel_filter: PIXEL_FILTER_CENTRE,
+        pixel_filter: PixelFilter::Centre,
         ..Settings::default()
     };
     let camera = scene.cameras[0].camera(SIDE, SIDE);

@@ -195,7 +195,7 @@ impl AnimationPlan {
             ("radius_px", radius_px.to_string()),
             ("widens", widens.to_string()),
             ("specular_roughness", specular_roughness.to_string()),
-            ("pixel_filter", pixel_filter.to_string()),
+            ("pixel_filter", (*pixel_filter as u32).to_string()),
             ("texture_filter", texture_filter.map_or("", TextureFilter::name).into()),
             ("history", history.name.to_string()),
             ("history_settings", history_settings),

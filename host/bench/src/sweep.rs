@@ -6,7 +6,6 @@ mod errors;
 pub mod expand;
 pub mod matrix_table;
 pub mod merge;
-mod run;
 pub mod task;
 mod turns;
 pub mod value;

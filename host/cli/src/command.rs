@@ -1,8 +1,6 @@
 //! The subcommands, a file each, and what several of them share.
 
 pub mod animate;
-mod aov;
-pub mod bar;
 pub mod bench;
 mod checkpoint_writer;
 pub mod compare;
@@ -16,11 +14,9 @@ pub mod job;
 mod live;
 pub mod merge;
 pub mod open;
-pub mod opened;
 pub mod options;
 pub mod pages;
 pub mod pick;
-pub mod reference;
 pub mod render;
 pub mod report;
 pub mod report_page;
@@ -30,4 +26,3 @@ pub mod stop;
 mod survey;
 pub mod sweep;
 pub mod view;
-pub mod warn;

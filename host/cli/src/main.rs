@@ -48,7 +48,7 @@ fn run(command: cli::Command) -> anyhow::Result<ExitCode> {
         cli::Command::Render(options) => command::render::run(*options),
         cli::Command::View(options) => command::view::run(&options),
         cli::Command::Animate(options) => command::animate::run(&options),
-        cli::Command::Reference(options) => command::reference::run(*options),
+        cli::Command::Reference(options) => command::render::run_reference(*options),
         cli::Command::Merge(options) => command::merge::run(&options),
         cli::Command::Compare(options) => command::compare::run(&options),
         cli::Command::Bench(options) => command::bench::run(&options),

@@ -36,8 +36,27 @@ struct Ready<'a> {
     cell: Cell,
 }
 
+impl SweepContext<'_> {
+    /// Measures the missing tasks. Returns `false` where it was stopped.
+    ///
+    /// # Errors
+    ///
+    /// A frame that fails, a file that cannot be written.
+    pub fn measure_all(&self, tasks: &[Task]) -> anyhow::Result<bool> {
+        let missing: Vec<&Task> =
+            tasks.iter().filter(|task| !task.is_done(self.config, self.results)).collect();
+        let is_one = |a: &&Task, b: &&Task| std::ptr::eq(a.part, b.part) && a.cell.runner == b.cell.runner;
+        for group in missing.chunk_by(is_one) {
+            if !measure_group(self, group)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}
+
 /// Measures whatever is missing of tasks of one scene and runner. False where it was stopped.
-pub fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> {
+fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> {
     let has_time = |task: &Task| {
         sweep.config.time.is_none()
             || sweep.results.read(&task.identity).is_some_and(|result| result.time.is_some())

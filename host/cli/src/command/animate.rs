@@ -18,12 +18,11 @@ use super::checkpoint_writer::CheckpointWriter;
 use super::console::print;
 use super::identity::pose_independent;
 use super::interrupt;
-use super::open::open;
+use super::open::{open, warn};
 use super::options::scene_files;
 use super::pick::pick;
 use super::scene::feature_names;
 use super::shard::warn_of_reuse;
-use super::warn::warn;
 use crate::cli::Animate;
 
 mod kept;

@@ -1,6 +1,8 @@
-//! Lines to stdout and stderr.
+//! Lines to stdout and stderr, and the progress bar.
 
+use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::{Arguments, Display};
+use std::io::IsTerminal;
 use std::io::Write;
 
 use caustics::text::{cut, printable};
@@ -30,4 +32,13 @@ pub fn error_chain(error: &anyhow::Error) -> String {
         cause if chain.contains(&cause) => chain,
         cause => format!("{chain}: {cause}"),
     })
+}
+
+/// A bar with the time left, on a terminal only.
+pub fn bar() -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {percent}%, {msg}, {eta} left");
+    ProgressBar::new(10_000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

@@ -12,11 +12,10 @@ use serde::Serialize;
 
 use self::table::table;
 use super::console::print;
-use super::open::open_edited;
+use super::open::{open_edited, warn};
 use super::options::settings;
 use super::pick::pick;
 use super::render::configuration;
-use super::warn::warn;
 use crate::cli::{Inspect, Usage};
 
 mod table;

@@ -23,21 +23,17 @@ use caustics_kernels::interface::choice::TextureFilter;
 use caustics_kernels::interface::features::Features;
 use serde_json::json;
 
-use super::aov;
-use super::bar::bar;
 use super::checkpoint_writer::CheckpointWriter;
-use super::console::print;
+use super::console::{bar, print};
 use super::identity::{attributes, end, identity};
 use super::interrupt;
 use super::live::Live;
-use super::open::open;
-use super::opened::{Opened, opened};
-use super::options::{check_outputs, check_scene_files, duration, scene_files};
+use super::open::{Opened, open, opened, warn};
+use super::options::{check_outputs, check_scene_files, duration, layer_attributes, scene_files};
 use super::report::RunReport;
 use super::scene::feature_names;
 use super::shard::{ShardFrames, warn_of_reuse};
 use super::stop::Stop;
-use super::warn::warn;
 use crate::cli::{Common, Usage};
 
 /// A run of frames of one view.
@@ -121,7 +117,7 @@ impl Job {
         let batches = settings.batches_of_frames();
         let shape = Shape { width, height, first, frames: 0, gathers: method.gathers, batches, auxiliary };
         let mut about = attributes(identity.clone(), &file, &session);
-        about.extend(aov::attributes(&options.aov, &scene));
+        about.extend(layer_attributes(&options.aov, &scene));
         let identity = part.as_ref().map_or(identity.clone(), |part| part.identity(&identity));
         let kept = Kept { path: checkpoint, identity, about };
         // A shard goes on unasked, as the frames of an animation do.

@@ -1,11 +1,19 @@
-//! Opens the scene of a command: with what its file lacks, and with the camera that is asked for.
+//! Opens the scene of a command, with what its file lacks and the camera that is asked for, and a session of it.
 
+use super::pick::pick;
+use caustics::session::{RunnerChoice, Session};
+use caustics::settings::Settings;
+use caustics_bench::cell::Cell;
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::light::Light;
+use caustics_kernels::method::Method;
 use std::path::Path;
 
-use caustics::scene::{CameraChoice, Edits, LoadOptions, SceneError, Staged, Staging};
+use caustics::scene::{CameraChoice, Edits, LoadOptions, Scene, SceneCamera, SceneError, Staged, Staging};
 
 use super::options::{camera, default_light, environment};
-use crate::cli::{Common, ImageOptions, Loading, Usage};
+use crate::cli::{Common, ImageOptions, Loading, Machine, Usage};
 
 /// The scene, and the name of its camera. Says what it got that its file does not have.
 pub fn open(file: &Path, options: &Common) -> anyhow::Result<Staged> {
@@ -58,4 +66,49 @@ pub fn staged(
         SceneError::Viewpoint { .. } => Usage(error.to_string()).into(),
         error => anyhow::Error::from(error),
     })
+}
+
+/// Warns of what will be missing in an image.
+pub fn warn(scene: &Scene, method: &Method, settings: &Settings) {
+    for warning in &scene.warnings {
+        message!("warning: {warning}");
+    }
+    let has_casters = scene.features(settings.specular_roughness).has(Features::CASTERS);
+    // A path that leaves the scene finds the environment.
+    let has_no_size = |light: &Light| light.triangle == NONE && light.kind != Features::ENVIRONMENT.0;
+    if !method.gathers && has_casters && scene.lights.iter().any(has_no_size) {
+        message!(
+            "warning: no path finds a light without a size: caustics of point, spot and directional lights are \
+             missing; render --method progressive sees them"
+        );
+    }
+}
+
+/// A session, and what is said of it.
+pub struct Opened {
+    /// The session.
+    pub session: Session,
+    /// What runs it.
+    pub choice: RunnerChoice,
+    /// Its gather, or `none`.
+    pub gather: &'static str,
+    /// Why it runs there.
+    pub reason: String,
+}
+
+/// Opens a session that renders by this cell, where its runner says.
+pub fn opened(
+    cell: &Cell,
+    machine: &Machine,
+    scene: &Scene,
+    camera: &SceneCamera,
+    settings: &Settings,
+    features: Features,
+) -> anyhow::Result<Opened> {
+    let method = cell.method;
+    let (choice, variant, reason) =
+        pick(cell.asked_runner, machine, cell.gather.filter(|_| method.chooses_gather))?;
+    let session = Session::new(&choice, scene, camera, settings, method, variant, features)?;
+    let gather = if method.chooses_gather { variant.name } else { "none" };
+    Ok(Opened { session, choice, gather, reason })
 }

@@ -1,16 +1,20 @@
 //! Checks of the options that no type can make, and what they amount to.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint;
-use caustics::scene::{self, CameraChoice, DefaultLight, EnvironmentMap, Radiance};
+use caustics::rendered_image::Aov;
+use caustics::scene::{self, CameraChoice, DefaultLight, EnvironmentMap, Radiance, Scene};
 use caustics::settings::Settings;
 use caustics_bench::cell::Cell;
 use caustics_bench::limits;
 use caustics_bench::sweep::config::FPS;
 use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
+use clap::ValueEnum;
 use glam::Vec3;
+use serde_json::json;
 
 use crate::cli::{Common, ImageOptions, Usage};
 
@@ -188,4 +192,27 @@ pub fn camera(view: &ImageOptions) -> Result<CameraChoice, Usage> {
 pub fn duration(flag: &str, seconds: f64) -> Result<Duration, Usage> {
     Duration::try_from_secs_f64(seconds)
         .map_err(|_| Usage(format!("{flag} {seconds}: give a number of seconds")))
+}
+
+/// The names of layers, in one order.
+pub fn layer_names(layers: &[Aov]) -> String {
+    let layers: BTreeSet<Aov> = layers.iter().copied().collect();
+    layers.into_iter().map(Aov::name).collect::<Vec<_>>().join(",")
+}
+
+/// The layers of these names.
+pub fn layers_named(names: &str) -> Vec<Aov> {
+    names.split(',').filter_map(|name| Aov::from_str(name, false).ok()).collect()
+}
+
+/// What a file says of its layers: which they are, and the names of the materials.
+pub fn layer_attributes(layers: &[Aov], scene: &Scene) -> Vec<(String, String)> {
+    let mut attributes = Vec::new();
+    if !layers.is_empty() {
+        attributes.push(("aov".into(), layer_names(layers)));
+    }
+    if layers.contains(&Aov::Material) {
+        attributes.push(("materials".into(), json!(scene.material_names).to_string()));
+    }
+    attributes
 }

@@ -16,8 +16,7 @@ use serde_json::{Value, json};
 
 use self::alone::{Ended, run_alone};
 use self::cause::{cause, kind};
-use super::bar::bar;
-use super::console::print;
+use super::console::{bar, print};
 use super::options::duration;
 use crate::cli;
 

@@ -21,8 +21,7 @@ use caustics_kernels::{denoiser, history};
 
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
-use crate::command::aov;
-use crate::command::options::{check_fps, check_scene_files, duration, settings};
+use crate::command::options::{check_fps, check_scene_files, duration, layer_names, settings};
 
 /// Most frames of a run.
 const MAX_FRAMES: f64 = 1e6;
@@ -207,7 +206,7 @@ impl AnimationPlan {
             ("batches", batches.to_string()),
             ("path_history", path_history.name().to_string()),
             ("fireflies", fireflies.name().to_string()),
-            ("aov", aov::names(&self.aov)),
+            ("aov", layer_names(&self.aov)),
             ("fps", self.fps.to_string()),
             ("first_frame", first),
         ];

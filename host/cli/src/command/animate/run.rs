@@ -16,9 +16,9 @@ use super::kept::{self, refusal};
 use super::plan::AnimationPlan;
 use super::record::RenderedFrame;
 use super::state::{self, AnimationState};
-use crate::command::aov;
-use crate::command::bar::bar;
 use crate::command::checkpoint_writer::CheckpointWriter;
+use crate::command::console::bar;
+use crate::command::options::layer_attributes;
 
 /// An animation in the making.
 pub struct Run {
@@ -154,7 +154,7 @@ impl Run {
             ("time_s".into(), self.plan.time_of(frame).to_string()),
             ("commit".into(), program().commit.clone()),
         ]);
-        attributes.extend(aov::attributes(&self.plan.aov, &self.scene));
+        attributes.extend(layer_attributes(&self.plan.aov, &self.scene));
         let path = self.plan.pattern.frame(frame, "exr");
         let target = Target::claim(&path, kept::is_damaged(&path))?;
         target.finish(&exr::encode(&image, None, &attributes)?)?;

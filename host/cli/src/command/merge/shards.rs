@@ -10,8 +10,8 @@ use caustics::output::target::Target;
 use caustics::shard::Shard;
 
 use crate::cli::{Merge, Usage};
-use crate::command::aov::layers;
 use crate::command::identity::end;
+use crate::command::options::layers_named;
 use crate::command::shard::{ALL_FRAMES, SHARD};
 
 /// Attributes in which shards of one run may differ: they tell of machines.
@@ -76,7 +76,7 @@ pub fn join(options: &Merge, target: Target) -> anyhow::Result<()> {
     }
     end(&mut attributes, sums.frames(), parts.iter().map(|part| part.head.seconds).sum());
     let mut image = sums.mean();
-    image.auxiliary.keep(&layers(attributes.get("aov").map_or("", String::as_str)));
+    image.auxiliary.keep(&layers_named(attributes.get("aov").map_or("", String::as_str)));
     let variance = sums.variance().map(|variance| (variance, sums.frames()));
     target.finish(&exr::encode(&image, variance, &attributes)?)?;
     let (out, frames, count) = (options.output.display(), sums.frames(), parts.len());

@@ -16,7 +16,7 @@ use caustics_kernels::interface::features::Features;
 use super::look::{DisplayedImage, Layer};
 use super::share::Share;
 use crate::cli::{ImageOptions, Machine};
-use crate::command::opened::{Opened, opened};
+use crate::command::open::{Opened, opened};
 use crate::command::options;
 use crate::command::report::RunReport;
 

@@ -12,10 +12,10 @@ use caustics_scene::Scene;
 ///
 /// ```no_run
 /// # fn main() -> anyhow::Result<()> {
-/// use caustics::{Scene, Session, Settings, method};
+/// use caustics::{Paths, Scene, Session, Settings, method};
 ///
 /// let scene = Scene::load(std::path::Path::new("scenes/mirror-room/scene.gltf"))?;
-/// let settings = Settings { width: 480, height: 270, light_paths: 1 << 18, ..Settings::default() };
+/// let settings = Settings { width: 480, height: 270, light_paths: Paths::Count(1 << 18), ..Settings::default() };
 /// let mut session = Session::builder(&scene).settings(settings).method(&method::PROGRESSIVE).build()?;
 /// session.frame(0)?;
 /// let image = session.image()?;

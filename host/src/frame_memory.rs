@@ -80,7 +80,8 @@ impl Need {
         } else {
             "--width and --height, or give more --tiles"
         };
-        let Settings { width, height, light_paths, .. } = *settings;
+        let Settings { width, height, .. } = *settings;
+        let light_paths = settings.max_light_paths();
         Err(FrameTooLarge { need: self, available, width, height, light_paths, flag })
     }
 
@@ -97,6 +98,7 @@ impl Need {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::Paths;
     use caustics_kernels::gather::variant::PHOTONS_GRID;
     use caustics_kernels::method::basic::BASIC;
 
@@ -130,7 +132,8 @@ mod tests {
 
     #[test]
     fn the_flag_that_lowers_most_is_named() {
-        let settings = Settings { width: 8192, height: 4096, light_paths: 77, ..Settings::default() };
+        let settings =
+            Settings { width: 8192, height: 4096, light_paths: Paths::Count(77), ..Settings::default() };
         let need = Need { pixels: 6 << 30, light_paths: 1 << 30, scene: 0 };
         assert!(need.check(7 << 30, &settings).is_ok());
         let message = need.check((7 << 30) - 1, &settings).unwrap_err().to_string();

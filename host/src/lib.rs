@@ -64,4 +64,4 @@ pub use caustics_kernels::{denoiser, gather, history, method};
 pub use caustics_scene as scene;
 pub use caustics_scene::{Scene, SceneCamera, SceneError};
 pub use session::{RunnerChoice, Session, SessionError};
-pub use settings::Settings;
+pub use settings::{Paths, Radius, Settings};

@@ -592,7 +592,7 @@ impl Session {
         if self.kept.iter().any(|spec| spec.name == "balance") {
             let balance: Vec<Balance> = self.read("balance")?;
             if let Some(&Balance { light_paths: found @ 1.., .. }) = balance.first() {
-                self.light_paths = found.min(self.settings.light_paths);
+                self.light_paths = found.min(self.settings.max_light_paths());
             }
         }
         Ok(())

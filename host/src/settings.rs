@@ -6,7 +6,7 @@ use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::history::auxiliary::AUXILIARY_LAYERS;
 use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::history::{self, History};
-use caustics_kernels::interface::balance::FIRST_PATHS;
+use caustics_kernels::interface::balance::{FIRST_PATHS, MAX_PATHS};
 use caustics_kernels::interface::caster::Casters;
 use caustics_kernels::interface::choice::{
     Caustics, Fireflies, LightSampler, PathHistory, PixelFilter, Sampler, TextureFilter,
@@ -23,6 +23,112 @@ use glam::Vec3;
 
 use caustics_scene::{Scene, SceneCamera};
 
+/// Light paths of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Paths {
+    /// The method shoots none.
+    None,
+    /// This many.
+    Count(u32),
+    /// This many a pixel.
+    PerPixel(f64),
+    /// As many as a frame of this time has (ms); they are searched for, from one a pixel on.
+    Time(f64),
+    /// As many as serve the image best, by what earlier frames cost and left to noise.
+    Auto,
+}
+
+impl Paths {
+    /// How many in a frame of this size, at most.
+    pub fn count(&self, width: u32, height: u32) -> u32 {
+        let pixels = f64::from(width) * f64::from(height);
+        match *self {
+            Paths::None => 0,
+            Paths::Count(count) => count,
+            Paths::PerPixel(paths) => (paths * pixels).round().max(1.0) as u32,
+            Paths::Time(_) => pixels as u32,
+            Paths::Auto => pixels as u32 * MAX_PATHS,
+        }
+    }
+}
+
+/// Times that a frame may be asked to take (ms): up to ten minutes, of which a search renders some twenty frames.
+const TIME_MS: std::ops::RangeInclusive<f64> = 1e-3..=6e5;
+
+/// Value that earlier frames decide.
+pub const AUTO: &str = "auto";
+
+/// The light paths of a text: `p0.5` a pixel, `n1024` a frame, `t33ms` as many as take so long, `auto`, or none at all.
+impl std::str::FromStr for Paths {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Paths, String> {
+        let number =
+            |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
+        if text.is_empty() {
+            Ok(Paths::None)
+        } else if text == AUTO {
+            Ok(Paths::Auto)
+        } else if let Some(count) = text.strip_prefix('n') {
+            let count = count.parse().ok().filter(|count| *count > 0);
+            count.map(Paths::Count).ok_or_else(|| "it must be auto or a whole number, at least 1".into())
+        } else if let Some(ms) = text.strip_prefix('t').and_then(|text| text.strip_suffix("ms")) {
+            let ms = number(ms).filter(|ms| TIME_MS.contains(ms)).map(Paths::Time);
+            ms.ok_or_else(|| format!("it must be {} to {} ms", TIME_MS.start(), TIME_MS.end()))
+        } else {
+            let paths = number(text.strip_prefix('p').unwrap_or(text)).filter(|paths| *paths <= 4096.0);
+            paths.map(Paths::PerPixel).ok_or_else(|| "it must be more than 0, at most 4096".into())
+        }
+    }
+}
+
+impl std::fmt::Display for Paths {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Paths::None => Ok(()),
+            Paths::Auto => formatter.write_str(AUTO),
+            Paths::Count(count) => write!(formatter, "n{count}"),
+            Paths::PerPixel(paths) => write!(formatter, "p{paths}"),
+            Paths::Time(ms) => write!(formatter, "t{ms}ms"),
+        }
+    }
+}
+
+/// Radius of collection points relative to the disc of the pixel's footprint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Radius {
+    /// This.
+    Px(f32),
+    /// 1, and up to three times as wide where the last frame's photons were few.
+    Auto,
+}
+
+impl Radius {
+    /// Radius of every disc (px); where it is `Auto`, the smallest.
+    pub fn px(self) -> f32 {
+        if let Radius::Px(px) = self { px } else { 1.0 }
+    }
+}
+
+impl std::str::FromStr for Radius {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Radius, String> {
+        if text == AUTO {
+            return Ok(Radius::Auto);
+        }
+        let radius = text.parse().ok().filter(|radius: &f32| radius.is_finite() && *radius > 0.0);
+        radius.map(Radius::Px).ok_or_else(|| "it must be auto or a positive number".into())
+    }
+}
+
+impl std::fmt::Display for Radius {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Radius::Px(px) => write!(formatter, "{px}"),
+            Radius::Auto => formatter.write_str(AUTO),
+        }
+    }
+}
+
 /// What a person sets for a run; the defaults are the talk's, at a smaller image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -32,17 +138,13 @@ pub struct Settings {
     pub height: u32,
     /// Tiles that the image is rendered in, one after another; `None` takes as few as the device's bindings allow.
     pub tiles: Option<u32>,
-    /// Light paths a frame; where a frame's time is shared, at most.
-    pub light_paths: u32,
-    /// Whether a frame's time is shared between camera paths and light paths, by what earlier frames cost and left to noise
-    /// (`caustics_kernels::pass::balance`). Frames depend on each other then; every one stays unbiased.
-    pub balances: bool,
+    /// Light paths of a frame. With `Paths::Auto` frames depend on each other (`caustics_kernels::pass::balance`); every one stays
+    /// unbiased.
+    pub light_paths: Paths,
     /// Scattering vertices between eye and light, at most.
     pub max_bounces: u32,
-    /// Radius of a collection point relative to the disc of its pixel's footprint area.
-    pub radius_px: f32,
-    /// Whether discs are up to three times as wide where the last frame's photons were few.
-    pub widens: bool,
+    /// Radius of collection points.
+    pub radius: Radius,
     /// Reflection lobes of at most this roughness are specular.
     pub specular_roughness: f32,
     /// Seed of all random numbers.
@@ -86,11 +188,9 @@ impl Default for Settings {
             width: 960,
             height: 540,
             tiles: None,
-            light_paths: 1024 * 1024,
-            balances: false,
+            light_paths: Paths::Count(1024 * 1024),
             max_bounces: 5,
-            radius_px: 1.0,
-            widens: false,
+            radius: Radius::Px(1.0),
             specular_roughness: 0.25,
             seed: 0,
             pixel_filter: PixelFilter::Centre,
@@ -159,7 +259,7 @@ impl Settings {
             max_bounces: self.max_bounces,
             filters: FrameParams::filters(self.pixel_filter, texture_filter),
             specular_roughness: self.specular_roughness,
-            radius_px: self.radius_px,
+            radius_px: self.radius.px(),
             pixel_spread: camera.pixel_spread(self.width, self.height),
             light_count: scene.lights.len() as u32,
             exposure: self.exposure.exp2(),
@@ -173,12 +273,16 @@ impl Settings {
             ..FrameParams::default()
         };
         // As many as for the usual number of light paths, where it changes from frame to frame.
-        let validated =
-            if self.balances { self.width * self.height * VALIDATED_PATHS } else { self.light_paths };
+        let light_paths = self.max_light_paths();
+        let validated = if self.light_paths == Paths::Auto {
+            self.width * self.height * VALIDATED_PATHS
+        } else {
+            light_paths
+        };
         let validates = shoots && self.history.validates;
         let validation_path_count = if validates { validation_paths(validated) } else { 0 };
         let params = FrameParams { validation_path_count, ..params };
-        let params = with_light_paths(params, self.light_paths, scene.flux);
+        let params = with_light_paths(params, light_paths, scene.flux);
         if shoots {
             params
         } else {
@@ -209,18 +313,23 @@ impl Settings {
         let Settings { history, denoiser, emission, .. } = *self;
         let keeps_path = self.path_history == PathHistory::Validated;
         let stages = Stages::NONE
-            .with(&BALANCE, self.balances && method.gathers)
-            .with(&WIDEN, self.widens && method.chooses_gather)
+            .with(&BALANCE, self.light_paths == Paths::Auto && method.gathers)
+            .with(&WIDEN, self.radius == Radius::Auto && method.chooses_gather)
             .with(&BOUND, self.fireflies == Fireflies::Bounded && !method.converges)
             .with(&PATH_HISTORY, keeps_path && method.gathers && !method.converges)
             .with(&AUXILIARY_LAYERS, self.auxiliary);
         Parts { gather, history, denoiser, emission, stages }
     }
 
+    /// Largest number of light paths of a frame.
+    pub fn max_light_paths(&self) -> u32 {
+        self.light_paths.count(self.width, self.height)
+    }
+
     /// Light paths of a frame of so many pixels before which nothing is known.
     pub fn first_light_paths(&self, pixels: u32) -> u32 {
-        let first = pixels as f32 * FIRST_PATHS;
-        if self.balances { self.light_paths.min(first as u32).max(1) } else { self.light_paths }
+        let (first, max) = (pixels as f32 * FIRST_PATHS, self.max_light_paths());
+        if self.light_paths == Paths::Auto { max.min(first as u32).max(1) } else { max }
     }
 }
 

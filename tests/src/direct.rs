@@ -160,7 +160,7 @@ impl<'a> World<'a> {
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
         let features = scene.features(settings.specular_roughness) | Features::HISTORY | Features::PARTS;
         let mut params = settings.params(scene, &scene.cameras[0], 0);
-        params.light_path_count = settings.light_paths;
+        params.light_path_count = settings.max_light_paths();
         World { scene, features, params }
     }
 

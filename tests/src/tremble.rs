@@ -119,7 +119,7 @@ impl Emit for Starts<'_> {
 
 /// The paths of one frame.
 #[derive(Clone, Copy)]
-pub struct Paths<'a> {
+pub struct LightPathContext<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// Push constants.
@@ -130,7 +130,7 @@ pub struct Paths<'a> {
     pub emission: &'static Emission,
 }
 
-impl<'a> Paths<'a> {
+impl<'a> LightPathContext<'a> {
     fn tables(&self) -> SceneTables<'a> {
         self.scene.tables()
     }
@@ -247,14 +247,16 @@ fn first_difference(still: &[Answer], trembling: &[Answer]) -> String {
 mod tests {
     use super::*;
     use crate::lobes;
-    use caustics::settings::Settings;
+    use caustics::settings::{Paths, Settings};
 
     #[test]
     fn a_path_that_does_not_tremble_repeats_itself_and_some_that_do_diverge() {
         let scene = lobes::scene();
-        let settings = Settings { width: 64, height: 36, light_paths: 1024, ..Settings::default() };
+        let settings =
+            Settings { width: 64, height: 36, light_paths: Paths::Count(1024), ..Settings::default() };
         let params = settings.params(&scene, &scene.cameras[0], 0);
-        let paths = Paths { scene: &scene, params: &params, features: Features::ALL, emission: &POWER };
+        let paths =
+            LightPathContext { scene: &scene, params: &params, features: Features::ALL, emission: &POWER };
         assert_eq!(paths.camera(1000, 0), paths.camera(1000, 0));
         assert!(!paths.photons().is_empty());
         // A comparer that never differs finds no explanation; one that asks for the same bits soon does.

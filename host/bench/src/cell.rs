@@ -1,11 +1,6 @@
 //! Cells: the run configurations that an experiment holds against each other.
 
-use caustics_kernels::denoiser::Denoiser;
-use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::{self, Variant};
-use caustics_kernels::history::History;
-use caustics_kernels::interface::balance::MAX_PATHS;
-use caustics_kernels::interface::choice::{Caustics, Fireflies, LightSampler, PathHistory, Sampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::method::{Method, Parts};
 
@@ -22,65 +17,14 @@ pub struct Cell {
     pub method: &'static Method,
     /// How photons and points meet; none where the method chooses no gather.
     pub gather: Option<&'static Variant>,
-    /// How light paths start.
-    pub emission: &'static Emission,
-    /// Which light is the light paths'.
-    pub caustics: Caustics,
-    /// How camera paths find lights.
-    pub light_sampler: LightSampler,
-    /// Where the numbers of camera paths come from.
-    pub sampler: Sampler,
-    /// Path-traced light of the previous frame that is reused.
-    pub path_history: PathHistory,
-    /// What is done about rare bright samples of camera paths.
-    pub fireflies: Fireflies,
-    /// Light of the previous frame that is reused.
-    pub history: &'static History,
-    /// What smooths the path-traced part.
-    pub denoiser: &'static Denoiser,
-    /// Light paths of a frame.
-    pub paths: Paths,
-    /// Radius of collection points.
-    pub radius: Radius,
-    /// Scattering vertices between eye and light, at most.
-    pub max_bounces: u32,
+    /// Settings that parameters vary; those of the image are of [`Cell::settings`].
+    pub settings: Settings,
     /// Where it runs.
     pub runner: RunnerChoice,
     /// The runner that was asked for, by its name.
     pub asked_runner: &'static str,
     /// Kernel code that is compiled in.
     pub features: FeatureChoice,
-}
-
-/// Light paths of a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Paths {
-    /// The method shoots none.
-    None,
-    /// This many.
-    Count(u32),
-    /// This many a pixel.
-    PerPixel(f64),
-    /// As many as a frame of this time has (ms); they are searched for, from one a pixel on.
-    Time(f64),
-    /// As many as serve the image best, by what earlier frames cost and left to noise.
-    Auto,
-}
-
-/// Radius of collection points relative to the disc of the pixel's footprint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Radius {
-    /// This.
-    Px(f32),
-    /// 1, and up to three times as wide where the last frame's photons were few.
-    Auto,
-}
-
-impl Radius {
-    /// The least.
-    pub fn px(self) -> f32 {
-        if let Radius::Px(px) = self { px } else { 1.0 }
-    }
 }
 
 /// Kernel code that is compiled in.
@@ -118,20 +62,6 @@ impl FeatureChoice {
     }
 }
 
-impl Paths {
-    /// How many in a frame of this size, at most.
-    pub fn count(&self, width: u32, height: u32) -> u32 {
-        let pixels = f64::from(width) * f64::from(height);
-        match *self {
-            Paths::None => 0,
-            Paths::Count(count) => count,
-            Paths::PerPixel(paths) => (paths * pixels).round().max(1.0) as u32,
-            Paths::Time(_) => pixels as u32,
-            Paths::Auto => pixels as u32 * MAX_PATHS,
-        }
-    }
-}
-
 impl Cell {
     /// Name of its gather; empty where the method chooses none.
     pub fn gather_name(&self) -> &'static str {
@@ -148,23 +78,53 @@ impl Cell {
         self.gather.unwrap_or(&variant::PHOTONS_GRID)
     }
 
-    /// Settings of all cells made its own.
+    /// The cell with changed settings.
+    #[must_use]
+    pub fn with(mut self, change: impl FnOnce(&mut Settings)) -> Cell {
+        change(&mut self.settings);
+        self
+    }
+
+    /// Its settings of an image that has those of `common`.
     pub fn settings(&self, common: &Settings) -> Settings {
+        // Without dots: whoever adds a setting decides whether cells differ in it.
+        let Settings {
+            width,
+            height,
+            tiles,
+            specular_roughness,
+            seed,
+            pixel_filter,
+            texture_filter,
+            exposure,
+            background,
+            batches,
+            auxiliary,
+            light_paths: _,
+            max_bounces: _,
+            radius: _,
+            history: _,
+            denoiser: _,
+            emission: _,
+            caustics: _,
+            light_sampler: _,
+            sampler: _,
+            path_history: _,
+            fireflies: _,
+        } = *common;
         Settings {
-            light_paths: self.paths.count(common.width, common.height),
-            balances: self.paths == Paths::Auto,
-            radius_px: self.radius.px(),
-            widens: self.radius == Radius::Auto,
-            max_bounces: self.max_bounces,
-            emission: self.emission,
-            caustics: self.caustics,
-            light_sampler: self.light_sampler,
-            sampler: self.sampler,
-            path_history: self.path_history,
-            fireflies: self.fireflies,
-            history: self.history,
-            denoiser: self.denoiser,
-            ..common.clone()
+            width,
+            height,
+            tiles,
+            specular_roughness,
+            seed,
+            pixel_filter,
+            texture_filter,
+            exposure,
+            background,
+            batches,
+            auxiliary,
+            ..self.settings
         }
     }
 

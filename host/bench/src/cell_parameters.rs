@@ -1,15 +1,15 @@
 //! What the parameters say of a cell: what of it matters, what it is known by, its names, its row in results.
 
+use caustics_kernels::emission;
 use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::Method;
-use caustics_kernels::{denoiser, emission, history};
 
-use super::cell::{Cell, FeatureChoice, Paths, Radius};
+use super::cell::{Cell, FeatureChoice};
 use super::parameter::{HISTORY, METHOD, PARAMETERS, PATHS_PER_PIXEL, VisualEncoding};
 use super::result::CellConfig;
 use caustics::scene::Scene;
 use caustics::session::RunnerChoice;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 
 impl Cell {
     /// A method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
@@ -19,17 +19,12 @@ impl Cell {
             name: String::new(),
             method,
             gather: Some(runner.default_gather()),
-            emission: &emission::GUIDED,
-            caustics: Settings::default().caustics,
-            light_sampler: Settings::default().light_sampler,
-            sampler: Sampler::Sobol,
-            path_history: Settings::default().path_history,
-            fireflies: Settings::default().fireflies,
-            history: &history::NONE,
-            denoiser: &denoiser::NONE,
-            paths: Paths::PerPixel(1.0),
-            radius: Radius::Px(1.0),
-            max_bounces: Settings::default().max_bounces,
+            settings: Settings {
+                emission: &emission::GUIDED,
+                sampler: Sampler::Sobol,
+                light_paths: Paths::PerPixel(1.0),
+                ..Settings::default()
+            },
             runner,
             asked_runner: "cpu",
             features: FeatureChoice::Scene,
@@ -71,12 +66,12 @@ impl Cell {
     /// What a result says of it; paths a pixel are those of a frame of this size.
     pub fn config(&self, scene: &Scene, camera: &str, settings: &Settings) -> CellConfig {
         let Settings { width, height, texture_filter, .. } = *settings;
-        let paths = match self.paths {
+        let paths = match self.settings.light_paths {
             Paths::PerPixel(paths) => paths.to_string(),
-            Paths::Auto => self.paths.to_string(),
+            Paths::Auto => self.settings.light_paths.to_string(),
             _ => {
                 let pixels = f64::from(width) * f64::from(height);
-                (f64::from(self.paths.count(width, height)) / pixels).to_string()
+                (f64::from(self.settings.light_paths.count(width, height)) / pixels).to_string()
             }
         };
         let mut config = CellConfig::new(&scene.name, camera);
@@ -118,19 +113,22 @@ pub fn name_all(cells: &mut [Cell]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use caustics::settings::Radius;
     use caustics_kernels::gather::variant;
     use caustics_kernels::method::basic::BASIC;
     use caustics_kernels::method::path::PATH;
+    use caustics_kernels::{denoiser, history};
 
     #[test]
     fn what_a_method_does_not_look_at_makes_no_other_cell() {
-        let fancy = |method| Cell {
-            history: history::ALL[1],
-            denoiser: denoiser::ALL[1],
-            gather: variant::find("brute"),
-            paths: Paths::Count(7),
-            radius: Radius::Px(3.0),
-            ..Cell::new(method)
+        let fancy = |method| {
+            let cell = Cell { gather: variant::find("brute"), ..Cell::new(method) };
+            cell.with(|settings| {
+                settings.history = history::ALL[1];
+                settings.denoiser = denoiser::ALL[1];
+                settings.light_paths = Paths::Count(7);
+                settings.radius = Radius::Px(3.0);
+            })
         };
         assert_eq!(fancy(&PATH).effective().key(), Cell::new(&PATH).key());
         assert_eq!(fancy(&BASIC).effective().key(), fancy(&BASIC).key());
@@ -141,8 +139,9 @@ mod tests {
     fn names_say_what_differs() {
         let mut cells = [
             Cell::new(&BASIC),
-            Cell { paths: Paths::PerPixel(0.5), gather: variant::find("brute"), ..Cell::new(&BASIC) },
-            Cell { denoiser: &denoiser::ATROUS, ..Cell::new(&BASIC) },
+            Cell { gather: variant::find("brute"), ..Cell::new(&BASIC) }
+                .with(|settings| settings.light_paths = Paths::PerPixel(0.5)),
+            Cell::new(&BASIC).with(|settings| settings.denoiser = &denoiser::ATROUS),
             Cell::new(&PATH),
         ];
         name_all(&mut cells);

@@ -52,7 +52,8 @@ pub fn costs(
     records: &[&FrameRecord],
     hits_per_s: f64,
 ) -> Option<BTreeMap<String, Cost>> {
-    let without_history = memory(plan, &Cell { history: &history::NONE, ..cell.clone() }, scene)?;
+    let without_history =
+        memory(plan, &cell.clone().with(|settings| settings.history = &history::NONE), scene)?;
     let memory = memory(plan, cell, scene)?;
     let frames = records.len() as f64;
     let count = |name: &str| records.iter().filter_map(|record| record.get(name)).sum::<f64>() / frames;

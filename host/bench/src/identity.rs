@@ -25,10 +25,8 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
         height,
         tiles: _,
         light_paths,
-        balances: _,
         max_bounces,
-        radius_px,
-        widens: _,
+        radius,
         specular_roughness,
         pixel_filter,
         texture_filter,
@@ -48,11 +46,13 @@ pub fn view(scene: &Scene, camera: &str, settings: &Settings) -> String {
     } = settings;
     let viewpoint = scene.camera(Some(camera)).ok();
     format!(
-        "scene {} {} origin {:?} camera {viewpoint:?} {width}x{height} paths {light_paths} {caustics:?} bounces {max_bounces} radius \
-         {radius_px} specular {specular_roughness} filter {} textures {texture_filter:?} background {:?} kernels {}\n",
+        "scene {} {} origin {:?} camera {viewpoint:?} {width}x{height} paths {} {caustics:?} bounces {max_bounces} radius \
+         {} specular {specular_roughness} filter {} textures {texture_filter:?} background {:?} kernels {}\n",
         scene.name,
         scene.fingerprint(),
         scene.origin,
+        light_paths.count(*width, *height),
+        radius.px(),
         *pixel_filter as u32,
         background.unwrap_or(scene.background),
         kernels::SOURCES

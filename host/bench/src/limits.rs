@@ -28,7 +28,8 @@ pub fn check_size(width: u32, height: u32) -> Result<(), String> {
 ///
 /// If there are more than the kernels count in 32 bits; the message names the options.
 pub fn check_rays(cell: &Cell, width: u32, height: u32) -> Result<(), String> {
-    let (light_paths, max_bounces) = (cell.paths.count(width, height), cell.max_bounces);
+    let (light_paths, max_bounces) =
+        (cell.settings.light_paths.count(width, height), cell.settings.max_bounces);
     let rays = |paths: u32| u64::from(paths) * u64::from(max_bounces + 1);
     if rays(width * height) > u64::from(u32::MAX) || rays(light_paths) > u64::from(u32::MAX) {
         return Err(format!(

@@ -9,7 +9,9 @@ use caustics_kernels::gather::variant;
 use caustics_kernels::interface::choice::{Caustics, Fireflies, LightSampler, PathHistory, Sampler};
 use caustics_kernels::{denoiser, emission, history, method};
 
-use super::cell::{Cell, FeatureChoice, Paths, Radius, runner_name};
+use super::cell::{Cell, FeatureChoice, runner_name};
+pub use caustics::settings::AUTO;
+use caustics::settings::Radius;
 
 /// Something that can vary between cells.
 pub struct Parameter {
@@ -106,7 +108,7 @@ impl Parameter {
 
 /// What is common to the rows of choices: the values of a field of [`Cell`] that is an enum with `ALL`, `name`, `description` and `find`.
 macro_rules! chosen {
-    ($field:ident: $choice:ident) => {
+    ($field:ident $(in $owner:ident)?: $choice:ident) => {
         Parameter {
             key: stringify!($field),
             head: stringify!($field),
@@ -118,8 +120,8 @@ macro_rules! chosen {
             neutral: "",
             shown: VisualEncoding::Color,
             not_applicable: |_| None,
-            get: |cell| cell.$field.name().into(),
-            set: |cell, name| found($choice::find(name), &mut cell.$field),
+            get: |cell| cell$(.$owner)?.$field.name().into(),
+            set: |cell, name| found($choice::find(name), &mut cell$(.$owner)?.$field),
         }
     };
 }
@@ -189,7 +191,7 @@ pub static CAUSTICS: Parameter = Parameter {
     default: "first",
     neutral: "first",
     not_applicable: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
-    ..chosen!(caustics: Caustics)
+    ..chosen!(caustics in settings: Caustics)
 };
 
 /// How light paths start.
@@ -206,8 +208,8 @@ pub static EMISSION: Parameter = Parameter {
     not_applicable: |cell| {
         (!cell.method.chooses_emission).then_some("starts light paths in its own way, or has none")
     },
-    get: |cell| cell.emission.name.into(),
-    set: |cell, name| found(emission::find(name), &mut cell.emission),
+    get: |cell| cell.settings.emission.name.into(),
+    set: |cell, name| found(emission::find(name), &mut cell.settings.emission),
 };
 
 /// How camera paths find lights.
@@ -217,7 +219,7 @@ pub static LIGHT_SAMPLER: Parameter = Parameter {
     neutral: "resampled",
     shown: VisualEncoding::Words("nee-", |value| format!("light sampler {value}")),
     head: "light sampler",
-    ..chosen!(light_sampler: LightSampler)
+    ..chosen!(light_sampler in settings: LightSampler)
 };
 
 /// Where the numbers of camera paths come from.
@@ -226,7 +228,7 @@ pub static SAMPLER: Parameter = Parameter {
     default: "sobol",
     neutral: "sobol",
     shown: VisualEncoding::Words("", |value| format!("{value} samples")),
-    ..chosen!(sampler: Sampler)
+    ..chosen!(sampler in settings: Sampler)
 };
 
 /// Light of the previous frame that is reused.
@@ -241,8 +243,8 @@ pub static HISTORY: Parameter = Parameter {
     neutral: "none",
     shown: VisualEncoding::Color,
     not_applicable: |cell| (!cell.method.supports_history).then_some("takes no light from the frame before"),
-    get: |cell| cell.history.name.into(),
-    set: |cell, name| found(history::find(name), &mut cell.history),
+    get: |cell| cell.settings.history.name.into(),
+    set: |cell, name| found(history::find(name), &mut cell.settings.history),
 };
 
 /// Path-traced light of the previous frame that is reused.
@@ -257,7 +259,7 @@ pub static PATH_HISTORY: Parameter = Parameter {
         converges
             .or((!cell.method.gathers).then_some("makes no collection points, which a history looks for"))
     },
-    ..chosen!(path_history: PathHistory)
+    ..chosen!(path_history in settings: PathHistory)
 };
 
 /// What is done about rare bright samples of camera paths.
@@ -266,7 +268,7 @@ pub static FIREFLIES: Parameter = Parameter {
     default: "kept",
     neutral: "kept",
     not_applicable: |cell| cell.method.converges.then_some("converges, and must lose no light"),
-    ..chosen!(fireflies: Fireflies)
+    ..chosen!(fireflies in settings: Fireflies)
 };
 
 /// What smooths the path-traced part.
@@ -283,8 +285,8 @@ pub static DENOISER: Parameter = Parameter {
     not_applicable: |cell| {
         (!cell.method.gathers).then_some("makes no collection points, which a denoiser looks at")
     },
-    get: |cell| cell.denoiser.name.into(),
-    set: |cell, name| found(denoiser::find(name), &mut cell.denoiser),
+    get: |cell| cell.settings.denoiser.name.into(),
+    set: |cell, name| found(denoiser::find(name), &mut cell.settings.denoiser),
 };
 
 /// Where a cell runs.
@@ -325,9 +327,9 @@ pub static PATHS_PER_PIXEL: Parameter = Parameter {
         format!("{value} {unit}")
     }),
     not_applicable: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
-    get: |cell| cell.paths.to_string(),
+    get: |cell| cell.settings.light_paths.to_string(),
     set: |cell, text| {
-        cell.paths = text.parse()?;
+        cell.settings.light_paths = text.parse()?;
         Ok(())
     },
 };
@@ -342,22 +344,14 @@ pub static RADIUS_PX: Parameter = Parameter {
     default: "1",
     neutral: "1",
     shown: VisualEncoding::Words("r", |value| format!("radius {value} px")),
-    not_applicable: |cell| match cell.radius {
+    not_applicable: |cell| match cell.settings.radius {
         _ if !cell.method.gathers => Some("makes no collection points"),
         Radius::Auto if !cell.method.chooses_gather => Some("has no discs that could widen"),
         _ => None,
     },
-    get: |cell| match cell.radius {
-        Radius::Px(px) => px.to_string(),
-        Radius::Auto => AUTO.into(),
-    },
+    get: |cell| cell.settings.radius.to_string(),
     set: |cell, text| {
-        if text == AUTO {
-            cell.radius = Radius::Auto;
-            return Ok(());
-        }
-        let radius = text.parse().ok().filter(|radius: &f32| radius.is_finite() && *radius > 0.0);
-        cell.radius = Radius::Px(radius.ok_or("it must be auto or a positive number")?);
+        cell.settings.radius = text.parse()?;
         Ok(())
     },
 };
@@ -372,10 +366,10 @@ pub static MAX_BOUNCES: Parameter = Parameter {
     neutral: "5",
     shown: VisualEncoding::Words("b", |value| format!("{value} bounces")),
     not_applicable: |_| None,
-    get: |cell| cell.max_bounces.to_string(),
+    get: |cell| cell.settings.max_bounces.to_string(),
     set: |cell, text| {
         let bounces = text.parse().ok().filter(|bounces| (1..=64).contains(bounces));
-        cell.max_bounces = bounces.ok_or("it must be 1 to 64")?;
+        cell.settings.max_bounces = bounces.ok_or("it must be 1 to 64")?;
         Ok(())
     },
 };
@@ -427,47 +421,6 @@ pub fn spelled(key: &str, text: &str) -> Option<(&'static Parameter, String)> {
         None => ["", ""],
     };
     Some((parameter, format!("{before}{text}{after}")))
-}
-
-/// Times that a frame may be asked to take (ms): up to ten minutes, of which a search renders some twenty frames.
-const TIME_MS: std::ops::RangeInclusive<f64> = 1e-3..=6e5;
-
-/// A value that earlier frames decide.
-pub const AUTO: &str = "auto";
-
-/// The light paths of a text: `p0.5` a pixel, `n1024` a frame, `t33ms` as many as take so long, `auto`, or none at all.
-impl std::str::FromStr for Paths {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Paths, String> {
-        let number =
-            |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
-        if text.is_empty() {
-            Ok(Paths::None)
-        } else if text == AUTO {
-            Ok(Paths::Auto)
-        } else if let Some(count) = text.strip_prefix('n') {
-            let count = count.parse().ok().filter(|count| *count > 0);
-            count.map(Paths::Count).ok_or_else(|| "it must be auto or a whole number, at least 1".into())
-        } else if let Some(ms) = text.strip_prefix('t').and_then(|text| text.strip_suffix("ms")) {
-            let ms = number(ms).filter(|ms| TIME_MS.contains(ms)).map(Paths::Time);
-            ms.ok_or_else(|| format!("it must be {} to {} ms", TIME_MS.start(), TIME_MS.end()))
-        } else {
-            let paths = number(text.strip_prefix('p').unwrap_or(text)).filter(|paths| *paths <= 4096.0);
-            paths.map(Paths::PerPixel).ok_or_else(|| "it must be more than 0, at most 4096".into())
-        }
-    }
-}
-
-impl std::fmt::Display for Paths {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Paths::None => Ok(()),
-            Paths::Auto => formatter.write_str(AUTO),
-            Paths::Count(count) => write!(formatter, "n{count}"),
-            Paths::PerPixel(paths) => write!(formatter, "p{paths}"),
-            Paths::Time(ms) => write!(formatter, "t{ms}ms"),
-        }
-    }
 }
 
 fn found<T>(found: Option<T>, target: &mut T) -> Result<(), String> {

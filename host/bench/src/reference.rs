@@ -4,6 +4,7 @@
 //! the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256 frames. Cells whose radius is
 //! below that are not blurred more than their reference. Its seed is its own, the same for all frames: where nothing moves, it does not change at all.
 
+use caustics::settings::{Paths, Radius};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -73,9 +74,9 @@ impl<'a> References<'a> {
     ) -> References<'a> {
         let pixels = plan.settings.width * plan.settings.height;
         let settings = Settings {
-            light_paths: LIGHT_PATHS_PER_PIXEL * pixels,
-            radius_px: 1.0,
-            max_bounces: cell.max_bounces,
+            light_paths: Paths::Count(LIGHT_PATHS_PER_PIXEL * pixels),
+            radius: Radius::Px(1.0),
+            max_bounces: cell.settings.max_bounces,
             seed: SEED,
             history: &history::NONE,
             denoiser: &denoiser::NONE,

@@ -1,6 +1,7 @@
 //! Every file of `tests/corpus` loads and renders to what `tests/golden/corpus` holds.
 //! `CAUSTICS_BLESS=1 cargo test --workspace --test architecture corpus` writes the images: look at them before they are committed.
 
+use caustics::settings::Paths;
 use std::path::{Path, PathBuf};
 
 use caustics::accumulation::Accumulation;
@@ -42,7 +43,7 @@ fn image(path: &Path) -> RenderedImage {
     let settings = Settings {
         width: SIZE.0 as u32,
         height: SIZE.1 as u32,
-        light_paths: 2000,
+        light_paths: Paths::Count(2000),
         pixel_filter: PixelFilter::Box,
         ..Settings::default()
     };

@@ -5,7 +5,7 @@ mod sequence;
 mod steps;
 
 use caustics::scene::Scene;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Radius, Settings};
 use caustics::upload::Upload;
 use caustics_kernels::declare::Step;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
@@ -42,8 +42,8 @@ impl Animation {
         let settings = Settings {
             width: 160,
             height: 90,
-            light_paths,
-            radius_px: 2.0,
+            light_paths: Paths::Count(light_paths),
+            radius: Radius::Px(2.0),
             history: &VALIDATED,
             ..Settings::default()
         };

@@ -6,6 +6,7 @@ mod paths;
 mod steps;
 
 use caustics::settings::Settings;
+use caustics::settings::{Paths, Radius};
 use caustics_kernels::emission::{AIMED, POWER};
 use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::interface::features::Features;
@@ -20,8 +21,8 @@ fn settings() -> Settings {
     Settings {
         width: 160,
         height: 90,
-        light_paths: 131_072,
-        radius_px: 3.0,
+        light_paths: Paths::Count(131_072),
+        radius: Radius::Px(3.0),
         sampler: Sampler::Sobol,
         ..Settings::default()
     }

@@ -3,7 +3,7 @@
 use caustics::kernels::Source;
 use caustics::runner::gpu::GpuRunner;
 use caustics::session::{self, RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics::vulkan::context::Context;
 use caustics::vulkan::passes::DeviceOptions;
 use caustics_kernels::gather::variant;
@@ -19,7 +19,7 @@ fn full() -> Settings {
     Settings {
         width: 1920,
         height: 1080,
-        light_paths: 1 << 18,
+        light_paths: Paths::Count(1 << 18),
         caustics: Caustics::Any,
         ..Settings::default()
     }
@@ -30,7 +30,7 @@ fn base_module_renders_on_a_device_without_ray_queries() {
     let Some(gpu) = watched_gpu() else { return };
     assert!(!Context::new(None, false, gpu.validation).unwrap().is_hardware());
     let (scene, settings) =
-        (load("mirror-room"), Settings { width: 96, height: 54, light_paths: 8192, ..full() });
+        (load("mirror-room"), Settings { width: 96, height: 54, light_paths: Paths::Count(8192), ..full() });
     let features = scene.features(settings.specular_roughness);
     let variant = &variant::PHOTONS_GRID;
     let mut session =
@@ -88,7 +88,7 @@ fn full_hd_buffers_stay_within_128_mib() {
     let scene = load("mirror-room");
     for light_paths in [1 << 18, 1 << 20, 1 << 26] {
         for max_bounces in [2, 5, 12] {
-            let settings = Settings { light_paths, max_bounces, ..full() };
+            let settings = Settings { light_paths: Paths::Count(light_paths), max_bounces, ..full() };
             let params = settings.params(&scene, &scene.cameras[0], 0);
             for variant in variant::ALL {
                 for spec in frame_buffers(&BASIC, variant.into(), &params) {

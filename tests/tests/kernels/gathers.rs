@@ -3,7 +3,7 @@
 use bytemuck::{cast_slice, pod_collect_to_vec};
 use caustics::scene::Scene;
 use caustics::session::{self, RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::declare::Step;
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::contribution::{contribution, takes};
@@ -49,7 +49,8 @@ fn materials_scene() -> Scene {
 }
 
 fn params(scene: &Scene, pixels: u32, photons: u32) -> FrameParams {
-    let settings = Settings { width: pixels, height: 1, light_paths: 1024, ..Settings::default() };
+    let settings =
+        Settings { width: pixels, height: 1, light_paths: Paths::Count(1024), ..Settings::default() };
     let base = settings.params(scene, &scene.cameras[0], 0);
     FrameParams {
         light_path_count: 1024,
@@ -224,7 +225,8 @@ fn a_variant_from_outside_runs_on_the_cpu() {
     }
     // And in a frame, as any other.
     let scene = committed("mirror-room");
-    let settings = Settings { width: 80, height: 45, light_paths: 30_000, ..Settings::default() };
+    let settings =
+        Settings { width: 80, height: 45, light_paths: Paths::Count(30_000), ..Settings::default() };
     let choice = RunnerChoice::Cpu { threads: 0 };
     let image = |variant: &'static Variant| {
         let (camera, features) = (&scene.cameras[0], scene.features(settings.specular_roughness));
@@ -398,7 +400,13 @@ fn gathers_agree_on_real_scenes() {
         let scene = committed(name);
         // Of more photons than those of casters that are met first.
         let (light_paths, caustics) = (30_000, Caustics::Any);
-        let settings = Settings { width: 80, height: 45, light_paths, caustics, ..Settings::default() };
+        let settings = Settings {
+            width: 80,
+            height: 45,
+            light_paths: Paths::Count(light_paths),
+            caustics,
+            ..Settings::default()
+        };
         let mut first: Option<caustics::rendered_image::RenderedImage> = None;
         for variant in variant::ALL {
             if variant.hardware {

@@ -3,7 +3,7 @@
 
 use caustics::scene::{LoadOptions, Scene};
 use caustics::session::RunnerChoice;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
@@ -129,7 +129,13 @@ fn pictures_are_those_of_copies() {
     let mut seed = 0;
     let [copied, stored] = rooms().map(|scene| {
         seed += 1;
-        let settings = Settings { width: 64, height: 40, light_paths: 30_000, seed, ..Settings::default() };
+        let settings = Settings {
+            width: 64,
+            height: 40,
+            light_paths: Paths::Count(30_000),
+            seed,
+            ..Settings::default()
+        };
         let choice = RunnerChoice::Cpu { threads: 0 };
         Blocks::render(&choice, &scene, &settings, &BASIC, &PHOTONS_GRID, 24)
     });
@@ -143,7 +149,7 @@ fn pictures_are_those_of_copies() {
 #[test]
 fn runners_agree_on_instances() {
     let Some(gpu) = gpu() else { return };
-    let settings = Settings { width: 32, height: 32, light_paths: 1024, ..Settings::default() };
+    let settings = Settings { width: 32, height: 32, light_paths: Paths::Count(1024), ..Settings::default() };
     let [_, stored] = rooms();
     for &hardware in gpu.tracers() {
         let mut runners = RunnerPair::open(&gpu, hardware, &stored, &settings);

@@ -3,7 +3,7 @@
 
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::interface::counters::Counter;
@@ -134,7 +134,7 @@ fn a_bottle_of_water_is_a_hole_full_of_water() {
         b.camera(DVec3::new(0.3, 0.6, 1.9), DVec3::ZERO, 0.9);
         b.build()
     };
-    let settings = Settings { max_bounces: 8, light_paths: 20_000, ..settings(48, 36) };
+    let settings = Settings { max_bounces: 8, light_paths: Paths::Count(20_000), ..settings(48, 36) };
     let frame = |scene: &Scene| {
         let features = scene.features(0.25);
         let mut session =
@@ -424,7 +424,12 @@ fn under_an_open_surface(eye: DVec3, view: f32) -> Scene {
 
 /// Mean of all pixels, and its error over the frames.
 fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3] {
-    let settings = Settings { seed, light_paths: 8000, pixel_filter: PixelFilter::Box, ..settings(24, 18) };
+    let settings = Settings {
+        seed,
+        light_paths: Paths::Count(8000),
+        pixel_filter: PixelFilter::Box,
+        ..settings(24, 18)
+    };
     let method = if progressive { &caustics_kernels::method::progressive::PROGRESSIVE } else { &PATH };
     let features = scene.features(0.25);
     let mut session =
@@ -470,5 +475,5 @@ fn progressive_and_reference_agree_under_an_open_sheet() {
 }
 
 fn settings(width: u32, height: u32) -> Settings {
-    Settings { width, height, light_paths: 1, ..Settings::default() }
+    Settings { width, height, light_paths: Paths::Count(1), ..Settings::default() }
 }

@@ -1,7 +1,7 @@
 //! A mesh of several primitives: leaves with holes and a ball of glass in one mesh are what they are in two.
 
 use caustics::scene::{LoadOptions, Scene};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::pass::step::STEP_HIT;
@@ -117,7 +117,8 @@ fn holes_and_glass_in_one_mesh_look_as_in_two() {
         assert_eq!(features.has(Features::INSTANCES), storage != Storage::Copied);
         assert_eq!(rooms[0].warnings, rooms[1].warnings);
         assert_eq!(rooms[0].materials, rooms[1].materials);
-        let settings = Settings { width: 96, height: 60, light_paths: 20_000, ..Settings::default() };
+        let settings =
+            Settings { width: 96, height: 60, light_paths: Paths::Count(20_000), ..Settings::default() };
         let [apart, merged] =
             rooms.map(|scene| render(&scene, &settings, "photons-grid", None, 0, 2).remove(1).0);
         let differs = |a: &[Vec3], b: &[Vec3]| {
@@ -143,7 +144,7 @@ fn holes_and_glass_in_one_mesh_look_as_in_two() {
 #[test]
 fn runners_agree_on_holes_and_glass_in_one_mesh() {
     let Some(gpu) = gpu() else { return };
-    let settings = Settings { width: 32, height: 32, light_paths: 1024, ..Settings::default() };
+    let settings = Settings { width: 32, height: 32, light_paths: Paths::Count(1024), ..Settings::default() };
     let [_, scene] = rooms(Storage::Once);
     let features = scene.features(settings.specular_roughness);
     let mut tracer = scene.tracer(features);

@@ -3,6 +3,7 @@
 //! A point light beside a plane mirror: the caustic on the floor is that of a virtual light behind the mirror, known in
 //! closed form. Two bounces at most, so that nothing else is in that layer; the walls' light is in the other one.
 
+use caustics::settings::{Paths, Radius};
 use std::f64::consts::PI;
 use std::fmt::Write;
 
@@ -41,9 +42,9 @@ fn settings(light_paths: u32, seed: u32) -> Settings {
     Settings {
         width: WIDTH,
         height: HEIGHT,
-        light_paths,
+        light_paths: Paths::Count(light_paths),
         max_bounces: 2,
-        radius_px: 8.0,
+        radius: Radius::Px(8.0),
         pixel_filter: PixelFilter::Box,
         seed,
         ..Settings::default()

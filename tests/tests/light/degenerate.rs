@@ -8,7 +8,7 @@
 use caustics::counters::Counters;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::{LightShape, PunctualLight, Scene, SceneError, SceneParts};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::material::Material;
@@ -49,14 +49,15 @@ fn far_away(away: f64) -> Scene {
 /// per cent.
 #[test]
 fn radius_below_an_ulp_is_kept_above_it_and_the_light_stays() {
-    let settings = Settings { width: 4, height: 4, light_paths: 200_000, ..Settings::default() };
+    let settings =
+        Settings { width: 4, height: 4, light_paths: Paths::Count(200_000), ..Settings::default() };
     // The virtual light is 60 m away, and the floor is seen in its inner cone.
     let expected = f64::from(0.6 / PI) * 1000.0 / 3600.0;
     for away in [0.0, 1e5] {
         let scene = far_away(away);
         // Near the origin the discs are widened to the floor of the radius far away, 4 ulp of 1e5 m.
         let radius_px = if away == 0.0 { 105.6 } else { 1.0 };
-        let settings = Settings { radius_px, ..settings };
+        let settings = Settings { radius: Radius::Px(radius_px), ..settings };
         let frames = render(&scene, &settings, "photons-grid", None, 0, 20);
         let means: Vec<f64> = frames.iter().map(|(image, _)| mean_of(&image.caustics)).collect();
         let (mean, error) = mean_and_error(&means);
@@ -139,7 +140,7 @@ fn zero_area_is_dropped_and_counted_and_not_a_number_is_refused() {
 fn odd_sizes_render_every_pixel() {
     let scene = mixed_room().build();
     for (width, height) in [(1, 1), (1, 7), (7, 1), (1917, 1079)] {
-        let settings = Settings { width, height, light_paths: 20_000, ..Settings::default() };
+        let settings = Settings { width, height, light_paths: Paths::Count(20_000), ..Settings::default() };
         let (image, counters) = frame(&scene, &settings);
         assert_sound(&image, &counters);
         let pixels = (width * height) as usize;
@@ -169,8 +170,13 @@ fn odd_sizes_render_every_pixel() {
 fn one_light_path_a_frame_gives_the_same_mean() {
     let scene = far_away(0.0);
     let with = |light_paths, frames| {
-        let settings =
-            Settings { width: 16, height: 16, light_paths, radius_px: 40_000.0, ..Settings::default() };
+        let settings = Settings {
+            width: 16,
+            height: 16,
+            light_paths: Paths::Count(light_paths),
+            radius: Radius::Px(40_000.0),
+            ..Settings::default()
+        };
         let frames = render(&scene, &settings, "photons-grid", None, 0, frames);
         frames.iter().for_each(|(image, counters)| {
             assert_sound(image, counters);
@@ -197,7 +203,13 @@ fn grazing_footprints_are_finite_and_bounded() {
     b.camera(DVec3::new(0.0, 0.01, 0.0), DVec3::new(0.0, 0.0, -5.0), 0.01);
     let scene = b.build();
     let radius_px = 30.0;
-    let settings = Settings { width: 32, height: 32, light_paths: 100_000, radius_px, ..Settings::default() };
+    let settings = Settings {
+        width: 32,
+        height: 32,
+        light_paths: Paths::Count(100_000),
+        radius: Radius::Px(radius_px),
+        ..Settings::default()
+    };
     let (image, counters) = frame(&scene, &settings);
     assert_sound(&image, &counters);
     assert!(mean_of(&image.caustics) > 0.0, "the test has lost its caustics");
@@ -220,7 +232,8 @@ fn grazing_footprints_are_finite_and_bounded() {
 #[test]
 fn what_is_missing_leaves_its_layer_black() {
     let black = |layer: &[Vec3]| layer.iter().all(|value| *value == Vec3::ZERO);
-    let settings = Settings { width: 32, height: 24, light_paths: 20_000, ..Settings::default() };
+    let settings =
+        Settings { width: 32, height: 24, light_paths: Paths::Count(20_000), ..Settings::default() };
     let scene = |lit: bool, caster: Material, wall: Material, eye: DVec3| {
         let mut b = Builder::default();
         let (wall, caster) = (b.material(wall), b.material(caster));
@@ -237,7 +250,7 @@ fn what_is_missing_leaves_its_layer_black() {
     assert!(mean_of(&whole.0.caustics) > 0.0 && mean_of(&whole.0.path) > 0.0);
 
     // What is missing; whether direct light is left; whether light paths are shot.
-    let none = Settings { light_paths: 0, ..settings.clone() };
+    let none = Settings { light_paths: Paths::Count(0), ..settings.clone() };
     let cases = [
         ("light", scene(false, mirror, grey, above), &settings, false, false),
         ("caster", scene(true, grey, grey, above), &settings, true, false),
@@ -264,7 +277,8 @@ fn nine_pixels_in_ten_without_a_point_stay_black() {
     b.panel(mirror, DVec3::new(0.0, 1.0, -1.0), DVec3::X, DVec3::Y);
     b.light(DVec3::new(0.0, 1.5, 0.5), 3.0);
     b.camera(DVec3::new(0.0, 2.0, 0.0), DVec3::ZERO, 0.76);
-    let settings = Settings { width: 64, height: 64, light_paths: 400_000, ..Settings::default() };
+    let settings =
+        Settings { width: 64, height: 64, light_paths: Paths::Count(400_000), ..Settings::default() };
     let (image, counters) = frame(&b.build(), &settings);
     assert_sound(&image, &counters);
     let there = image.depth.iter().filter(|depth| **depth > 0.0).count() as f64 / 4096.0;
@@ -291,7 +305,8 @@ fn caustics_that_starve_are_told() {
         b.camera(DVec3::new(0.0, 2.0, 3.0), DVec3::ZERO, 0.7);
         b.build()
     };
-    let settings = Settings { width: 16, height: 9, light_paths: 1 << 16, ..Settings::default() };
+    let settings =
+        Settings { width: 16, height: 9, light_paths: Paths::Count(1 << 16), ..Settings::default() };
     let warnings = frame(&on_floor(300.0), &settings).1.warnings();
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
@@ -301,7 +316,7 @@ fn caustics_that_starve_are_told() {
     );
     assert_eq!(frame(&on_floor(3.0), &settings).1.warnings(), [""; 0]);
     // Fewer may miss at random.
-    let few = Settings { light_paths: 1000, ..settings.clone() };
+    let few = Settings { light_paths: Paths::Count(1000), ..settings.clone() };
     assert_eq!(frame(&on_floor(300.0), &few).1.warnings(), [""; 0]);
 
     for name in caustics_scenes::NAMES {

@@ -4,7 +4,7 @@
 use caustics::energy::EnergyLedger;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant;
 use caustics_kernels::history::{PAPER, VALIDATED};
 use caustics_kernels::interface::choice::Caustics;
@@ -26,7 +26,14 @@ const PATHS: u32 = 32_768;
 /// Light paths that follow every lobe from their first surface on: all energy is in the ledger.
 fn settings(max_bounces: u32) -> Settings {
     let caustics = Caustics::Any;
-    Settings { width: 8, height: 8, light_paths: PATHS, max_bounces, caustics, ..Settings::default() }
+    Settings {
+        width: 8,
+        height: 8,
+        light_paths: Paths::Count(PATHS),
+        max_bounces,
+        caustics,
+        ..Settings::default()
+    }
 }
 
 /// Ledgers of a scene's own lights.
@@ -395,7 +402,8 @@ mod release {
     fn the_validated_history_keeps_the_energy_of_what_moves() {
         for (width, height, paths, frames) in [(192, 108, 0.5, 24), (64, 36, 200.0, 8)] {
             let light_paths = (paths * f64::from(width * height)) as u32;
-            let settings = Settings { width, height, light_paths, ..Settings::default() };
+            let settings =
+                Settings { width, height, light_paths: Paths::Count(light_paths), ..Settings::default() };
             for moving in Moving::ALL {
                 let mut seeds = 2;
                 let [mut validated, paper] = kept(moving, [&VALIDATED, &PAPER], &settings, frames, seeds);

@@ -2,7 +2,7 @@
 
 use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::RunnerChoice;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::emission::{AIMED, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::{Caustics, LightSampler, PixelFilter};
@@ -156,7 +156,7 @@ fn settings(seed: u32) -> Settings {
         width: 64,
         height: 48,
         pixel_filter: PixelFilter::Box,
-        radius_px: 0.3,
+        radius: Radius::Px(0.3),
         seed,
         ..Settings::default()
     }
@@ -175,7 +175,7 @@ fn in_a_furnace_lossless_things_cannot_be_seen() {
     ] {
         let scene = put(ball(material), furnace.clone());
         for (method, frames) in [(&PATH, 64), (&BASIC, 64)] {
-            let settings = Settings { max_bounces: 24, light_paths: 20_000, ..settings(5) };
+            let settings = Settings { max_bounces: 24, light_paths: Paths::Count(20_000), ..settings(5) };
             let blocks = Blocks::render(&CPU, &scene, &settings, method, &PHOTONS_GRID, frames);
             // The block in the middle of the ball, and one in a corner, of eight by six.
             let (middle, corner) = (blocks.block(3 * 8 + 4), blocks.block(0));
@@ -227,7 +227,7 @@ fn every_way_finds_the_light_of_the_sky() {
         (Caustics::First, &POWER),
         (Caustics::Any, &POWER),
     ] {
-        let settings = Settings { light_paths: 12_000, caustics, emission, ..settings(2) };
+        let settings = Settings { light_paths: Paths::Count(12_000), caustics, emission, ..settings(2) };
         let split = Blocks::render(&CPU, &scene, &settings, &PROGRESSIVE, &PHOTONS_GRID, 100);
         let scores = split.scores(&reference);
         println!("{caustics:?}, {}: {scores:?}, caustic share {:.3}", emission.name, split.caustic_share);
@@ -254,7 +254,8 @@ fn a_sun_in_the_picture_is_a_directional_light() {
     plain.directional(-from, power as f32);
     let plain = plain.build();
     let render = |scene: &Scene, seed| {
-        let settings = Settings { light_paths: 12_000, radius_px: 2.0, ..settings(seed) };
+        let settings =
+            Settings { light_paths: Paths::Count(12_000), radius: Radius::Px(2.0), ..settings(seed) };
         Blocks::render(&CPU, scene, &settings, &BASIC, &PHOTONS_GRID, 400)
     };
     let (sun, directional) = (render(&sunny, 1), render(&plain, 2));
@@ -347,8 +348,13 @@ fn a_sun_in_the_picture_shines_through_a_lens_as_a_directional_light_does() {
     let paths = 1_500_000;
     let radii = [0.03, 0.04, 0.05, 0.1];
     let shares = |scene: &Scene| {
-        let settings =
-            Settings { width: 8, height: 8, light_paths: paths, max_bounces: 4, ..Settings::default() };
+        let settings = Settings {
+            width: 8,
+            height: 8,
+            light_paths: Paths::Count(paths),
+            max_bounces: 4,
+            ..Settings::default()
+        };
         let world = World::new(scene, &settings);
         let photons = world.shoot(&world.by_power());
         radii.map(|radius| {
@@ -379,7 +385,7 @@ fn the_ledger_of_the_sky_closes() {
     let settings = Settings {
         width: 8,
         height: 8,
-        light_paths: 1 << 16,
+        light_paths: Paths::Count(1 << 16),
         max_bounces: 8,
         caustics: Caustics::Any,
         ..Settings::default()

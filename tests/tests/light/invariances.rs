@@ -4,7 +4,7 @@ use bytemuck::{cast_slice, pod_collect_to_vec};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, open};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
@@ -17,7 +17,7 @@ use glam::{DVec3, Vec3};
 use std::path::Path;
 
 fn settings() -> Settings {
-    Settings { width: 64, height: 48, light_paths: 60_000, ..Settings::default() }
+    Settings { width: 64, height: 48, light_paths: Paths::Count(60_000), ..Settings::default() }
 }
 
 fn image(scene: &Scene, settings: &Settings) -> RenderedImage {
@@ -43,7 +43,7 @@ fn threads_change_no_bit() {
     let scene = mixed_room().build();
     for gather in variant::ALL.iter().filter(|variant| !variant.hardware) {
         let light_paths = if gather.name == "brute" { 2_000 } else { 60_000 };
-        let settings = Settings { light_paths, ..settings() };
+        let settings = Settings { light_paths: Paths::Count(light_paths), ..settings() };
         let runs = [1, 2, 7].map(|threads| render(&scene, &settings, gather.name, None, threads, 2));
         for frame in 0..2 {
             for run in &runs[1..] {
@@ -60,7 +60,7 @@ fn threads_change_no_bit() {
 #[test]
 fn threads_change_no_bit_of_what_blends() {
     let scene = blended_room().build();
-    let settings = Settings { light_paths: 60_000, ..settings() };
+    let settings = Settings { light_paths: Paths::Count(60_000), ..settings() };
     let runs = [1, 2, 7].map(|threads| render(&scene, &settings, "photons-grid", None, threads, 2));
     for frame in 0..2 {
         for run in &runs[1..] {

@@ -29,12 +29,13 @@ mod plains;
 mod rooms;
 mod rough_glass;
 
+use caustics::settings::Paths;
 use caustics::settings::Settings;
 use caustics_tests::scenes::*;
 use glam::DVec3;
 
 fn settings(width: u32, height: u32, light_paths: u32) -> Settings {
-    Settings { width, height, light_paths, ..Settings::default() }
+    Settings { width, height, light_paths: Paths::Count(light_paths), ..Settings::default() }
 }
 
 /// A floor 2 m below the origin that hardly reflects, seen by a camera 3 m above.

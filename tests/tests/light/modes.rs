@@ -3,7 +3,7 @@
 
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::{History, NONE, PAPER, VALIDATED};
 use caustics_kernels::interface::features::Features;
@@ -56,7 +56,13 @@ fn brightest(frame: &[f64]) -> f64 {
 #[test]
 fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
     let scene = committed("ring");
-    let settings = Settings { width: 240, height: 135, light_paths: 131_072, seed: 3, ..Settings::default() };
+    let settings = Settings {
+        width: 240,
+        height: 135,
+        light_paths: Paths::Count(131_072),
+        seed: 3,
+        ..Settings::default()
+    };
     let runs = frames(&scene, &settings, &BASIC, &NONE, 0..16);
     let reference: Vec<f64> =
         (0..240 * 135).map(|pixel| runs.iter().map(|run| run[pixel]).sum::<f64>() / 16.0).collect();
@@ -88,8 +94,9 @@ fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
 #[test]
 fn histories_lower_flicker_and_fireflies() {
     let scene = committed("mirror-room");
-    let settings = Settings { width: 160, height: 90, light_paths: 7200, seed: 3, ..Settings::default() };
-    let many = Settings { light_paths: 400_000, seed: 77, ..settings.clone() };
+    let settings =
+        Settings { width: 160, height: 90, light_paths: Paths::Count(7200), seed: 3, ..Settings::default() };
+    let many = Settings { light_paths: Paths::Count(400_000), seed: 77, ..settings.clone() };
     let runs = frames(&scene, &many, &BASIC, &NONE, 0..12);
     let reference: Vec<f64> =
         (0..160 * 90).map(|pixel| runs.iter().map(|run| run[pixel]).sum::<f64>() / 12.0).collect();
@@ -178,7 +185,8 @@ fn a_lamp_that_reaches_no_caster_costs_noise_and_nothing_else() {
         b.camera(DVec3::new(0.0, 2.0, 0.9), DVec3::ZERO, 0.6);
         b.build()
     };
-    let settings = Settings { width: 64, height: 36, light_paths: 100_000, ..Settings::default() };
+    let settings =
+        Settings { width: 64, height: 36, light_paths: Paths::Count(100_000), ..Settings::default() };
     let totals = |hidden| {
         let frames = frames(&scene(hidden), &settings, &BASIC, &NONE, 0..24);
         Mean::from_samples(&frames.iter().map(|frame| frame.iter().sum::<f64>()).collect::<Vec<_>>())

@@ -1,7 +1,7 @@
 //! Statistical tests, of which those in `long` take minutes.
 
 use caustics::scene::texture::Role;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::interface::point::PhotonGeometry;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -75,7 +75,7 @@ fn measured(paths: u32) -> [(f64, f64); 4] {
     b.wall(mirror, DVec3::ZERO, 1.0, HEIGHT, -FRAC_PI_2, FRAC_PI_2, 4096);
     b.camera(DVec3::new(0.0, 5.0, 0.0), DVec3::ZERO, 0.5);
     let scene = b.build();
-    let settings = Settings { width: 8, height: 8, light_paths: paths, ..Settings::default() };
+    let settings = Settings { width: 8, height: 8, light_paths: Paths::Count(paths), ..Settings::default() };
     let world = World::new(&scene, &settings);
     let (sin, cos) = (0.5_f32.sqrt(), 0.5_f32.sqrt());
     let direction = Vec3::new(cos, -sin, 0.0);
@@ -198,9 +198,9 @@ fn sums_of_thresholds_agree(
     let with = |specular_roughness, seed| Settings {
         width: 64,
         height: 48,
-        light_paths: 60_000,
+        light_paths: Paths::Count(60_000),
         max_bounces: 4,
-        radius_px: 0.2,
+        radius: Radius::Px(0.2),
         specular_roughness,
         seed,
         ..Settings::default()

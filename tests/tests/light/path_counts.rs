@@ -2,7 +2,7 @@
 
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::{History, NONE, VALIDATED};
@@ -55,7 +55,7 @@ fn energy(scene: &Scene, configuration: Configuration, paths_per_pixel: f64, fra
         let settings = Settings {
             width: WIDTH,
             height: HEIGHT,
-            light_paths,
+            light_paths: Paths::Count(light_paths),
             seed,
             emission: configuration.emission,
             history: configuration.history,

@@ -5,7 +5,7 @@ use caustics::accumulation::{Accumulation, BATCHES};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::{PixelFilter, Sampler};
 use caustics_kernels::interface::material::Material;
@@ -22,7 +22,16 @@ const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 
 fn settings(sampler: Sampler, batches: u32, seed: u32) -> Settings {
     let (width, height, pixel_filter) = (64, 48, PixelFilter::Box);
-    Settings { width, height, pixel_filter, sampler, batches, seed, light_paths: 4000, ..Settings::default() }
+    Settings {
+        width,
+        height,
+        pixel_filter,
+        sampler,
+        batches,
+        seed,
+        light_paths: Paths::Count(4000),
+        ..Settings::default()
+    }
 }
 
 fn session(scene: &Scene, settings: &Settings, method: &'static Method) -> Session {

@@ -7,7 +7,7 @@
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
 use caustics_kernels::interface::choice::{Caustics, LightSampler, PixelFilter, TextureFilter};
@@ -32,7 +32,7 @@ fn settings(seed: u32, specular_roughness: f32) -> Settings {
     Settings {
         width: 64,
         height: 48,
-        radius_px: 0.3,
+        radius: Radius::Px(0.3),
         pixel_filter: PixelFilter::Box,
         texture_filter: Some(TextureFilter::Finest),
         specular_roughness,
@@ -87,8 +87,13 @@ impl Budget {
     fn split(&self, scene: &Scene, (caustics, emission): Configuration, threshold: f32, seed: u32) -> Blocks {
         let render = |radius_px, method, seed| {
             let light_paths = self.light_paths;
-            let settings =
-                Settings { light_paths, radius_px, caustics, emission, ..settings(seed, threshold) };
+            let settings = Settings {
+                light_paths: Paths::Count(light_paths),
+                radius: Radius::Px(radius_px),
+                caustics,
+                emission,
+                ..settings(seed, threshold)
+            };
             Blocks::render(&CPU, scene, &settings, method, &PHOTONS_GRID, self.frames)
         };
         match self.limit {
@@ -231,8 +236,13 @@ fn lights_of_every_type_are_split_alike() {
         let render = |configuration: Configuration, seed| {
             let (caustics, emission) = configuration;
             let light_paths = 8000;
-            let settings =
-                Settings { light_paths, caustics, emission, max_bounces: 4, ..settings(seed, 0.25) };
+            let settings = Settings {
+                light_paths: Paths::Count(light_paths),
+                caustics,
+                emission,
+                max_bounces: 4,
+                ..settings(seed, 0.25)
+            };
             Blocks::render(&CPU, &scene, &settings, &BASIC, &PHOTONS_GRID, 60)
         };
         let published = render((Caustics::Any, &POWER), 1);
@@ -453,7 +463,11 @@ mod release {
         b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
         let scene = b.build();
         let render = |seed, threshold, radius_px, method, frames| {
-            let settings = Settings { light_paths: 40_000, radius_px, ..settings(seed, threshold) };
+            let settings = Settings {
+                light_paths: Paths::Count(40_000),
+                radius: Radius::Px(radius_px),
+                ..settings(seed, threshold)
+            };
             Blocks::render(&CPU, &scene, &settings, method, &PHOTONS_GRID, frames)
         };
         let reference = render(1, 0.25, 0.3, &PROGRESSIVE, 2000);
@@ -480,8 +494,12 @@ mod release {
         for &hardware in gpu.tracers() {
             let variant = if hardware { &POINTS_RT } else { &PHOTONS_GRID };
             let choice = gpu.choice(hardware);
-            let settings =
-                |seed| Settings { width: 32, height: 24, light_paths: 15_000, ..settings(seed, 0.25) };
+            let settings = |seed| Settings {
+                width: 32,
+                height: 24,
+                light_paths: Paths::Count(15_000),
+                ..settings(seed, 0.25)
+            };
             let reference = Blocks::render(&choice, &scene, &settings(5), &PATH, variant, 1500);
             let split = Blocks::render(&choice, &scene, &settings(6), &PROGRESSIVE, variant, 300);
             let scores = split.scores(&reference);
@@ -514,7 +532,7 @@ mod release {
             let settings = |seed| Settings {
                 width: 32,
                 height: 24,
-                light_paths: 20_000,
+                light_paths: Paths::Count(20_000),
                 pixel_filter: PixelFilter::Box,
                 seed: 2 * u32::from(step) + seed,
                 ..Settings::default()

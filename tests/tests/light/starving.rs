@@ -1,6 +1,7 @@
 //! Where light paths by power starve: casters that are small in what a lamp lights. Aimed paths bring the same light, and enough
 //! of them.
 
+use caustics::settings::Paths;
 use std::f64::consts::PI;
 
 use caustics::scene::Scene;
@@ -16,8 +17,10 @@ const PATHS: u32 = 20_000;
 
 /// Photons of ten frames by power and aimed: how many, and their flux (W).
 fn both(scene: &Scene) -> [(u32, Mean); 2] {
-    let mut world =
-        World::new(scene, &Settings { light_paths: PATHS, emission: &AIMED, ..Settings::default() });
+    let mut world = World::new(
+        scene,
+        &Settings { light_paths: Paths::Count(PATHS), emission: &AIMED, ..Settings::default() },
+    );
     let mut measure = |is_aimed: bool| {
         let mut count = 0;
         let frame = |frame| {

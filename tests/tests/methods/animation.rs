@@ -1,5 +1,6 @@
 //! Animated scenes: poses against static files and formulas, instances against every triangle, lights that go out.
 
+use caustics::settings::Paths;
 use std::f64::consts::PI;
 
 use caustics::scene::{LoadOptions, Scene, SceneError};
@@ -570,7 +571,8 @@ fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
 #[test]
 fn frames_go_dark_with_the_lamp_and_light_up_again() {
     let mut scene = light().load().unwrap();
-    let settings = Settings { width: 48, height: 32, light_paths: 20_000, ..Settings::default() };
+    let settings =
+        Settings { width: 48, height: 32, light_paths: Paths::Count(20_000), ..Settings::default() };
     let camera = |scene: &Scene| scene.cameras[0].clone();
     let open = |scene: &Scene| {
         let features = scene.features(settings.specular_roughness);
@@ -596,7 +598,7 @@ fn frames_go_dark_with_the_lamp_and_light_up_again() {
 #[test]
 fn runners_agree_after_every_pose() {
     let Some(gpu) = gpu() else { return };
-    let settings = Settings { width: 32, height: 32, light_paths: 1024, ..Settings::default() };
+    let settings = Settings { width: 32, height: 32, light_paths: Paths::Count(1024), ..Settings::default() };
     for (&hardware, file) in gpu.tracers().iter().flat_map(|at| [(at, soups()), (at, deforming())]) {
         let mut scene = file.load().unwrap();
         let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
@@ -678,5 +680,5 @@ fn sessions_take_their_buffers_for_all_times() {
     assert_eq!((length("lights"), length("triangles")), (0, 6 * size_of::<Triangle>()));
     let settings = Settings::default();
     assert_eq!(settings.params(&scene, &scene.cameras[0], 0).light_path_count, 0);
-    assert_eq!(settings.largest(&scene, &scene.cameras[0]).light_path_count, settings.light_paths);
+    assert_eq!(settings.largest(&scene, &scene.cameras[0]).light_path_count, settings.max_light_paths());
 }

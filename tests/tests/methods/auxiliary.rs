@@ -5,7 +5,7 @@ use caustics::rendered_image::Auxiliary;
 use caustics::rendered_image::auxiliary::NO_MATERIAL;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::Session;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics::{history, method};
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
@@ -22,7 +22,13 @@ const MIRROR: f64 = -1.0;
 const WALL: f64 = 2.9;
 
 fn settings() -> Settings {
-    Settings { width: WIDTH, height: HEIGHT, light_paths: 2000, auxiliary: true, ..Settings::default() }
+    Settings {
+        width: WIDTH,
+        height: HEIGHT,
+        light_paths: Paths::Count(2000),
+        auxiliary: true,
+        ..Settings::default()
+    }
 }
 
 /// A floor and a wall behind the eye, seen directly and in a mirror.

@@ -3,7 +3,7 @@
 
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::VALIDATED;
@@ -24,8 +24,8 @@ use std::f32::consts::PI;
 const PIXELS: u32 = 160 * 90;
 
 fn settings(emission: &'static Emission, seed: u32) -> Settings {
-    let light_paths = PIXELS * MAX_PATHS;
-    Settings { width: 160, height: 90, light_paths, balances: true, seed, emission, ..Settings::default() }
+    let light_paths = Paths::Auto;
+    Settings { width: 160, height: 90, light_paths, seed, emission, ..Settings::default() }
 }
 
 fn open(threads: usize, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
@@ -53,7 +53,7 @@ struct Measured {
 
 fn measured(scene: &Scene, paths: f64) -> Measured {
     let light_paths = (paths * f64::from(PIXELS)) as u32;
-    let settings = Settings { balances: false, light_paths, ..settings(&AIMED, 50) };
+    let settings = Settings { light_paths: Paths::Count(light_paths), ..settings(&AIMED, 50) };
     let mut session = open(0, scene, &settings, &BASIC);
     let frames = 48;
     let mut cost = [0.0; 2];
@@ -140,11 +140,10 @@ fn light_paths_are_where_variance_times_cost_is_least() {
 fn the_light_is_that_of_any_number_of_light_paths() {
     let scene = committed("cornell-box");
     for (emission, method) in [(&GUIDED, &BASIC), (&POWER, &KIM2019), (&POWER, &YANG2021)] {
-        let light = |balances| {
+        let light = |light_paths| {
             let sums: Vec<f64> = (0..12)
                 .map(|seed| {
-                    let settings =
-                        Settings { balances, light_paths: PIXELS, ..settings(emission, 100 + seed) };
+                    let settings = Settings { light_paths, ..settings(emission, 100 + seed) };
                     let mut session = open(0, &scene, &settings, method);
                     let sum = |frame| {
                         session.frame(frame).expect("a frame runs");
@@ -156,7 +155,7 @@ fn the_light_is_that_of_any_number_of_light_paths() {
                 .collect();
             Mean::from_samples(&sums)
         };
-        let (fixed, balanced) = (light(false), light(true));
+        let (fixed, balanced) = (light(Paths::Count(PIXELS)), light(Paths::Auto));
         println!("{}: {fixed:?}, balanced {balanced:?}", method.name);
         assert!(balanced.agrees(&fixed, 3.0) && balanced.error < 0.03 * balanced.value);
     }
@@ -196,8 +195,8 @@ fn numbers_of_light_paths_repeat_and_go_on() {
 #[test]
 fn a_history_lends_as_much_where_numbers_of_light_paths_change() {
     let scene = committed("ring");
-    let run = |balances| {
-        let settings = Settings { balances, history: &VALIDATED, ..settings(&POWER, 3) };
+    let run = |light_paths| {
+        let settings = Settings { light_paths, history: &VALIDATED, ..settings(&POWER, 3) };
         let mut session = open(0, &scene, &settings, &BASIC);
         let mut paths = Vec::new();
         for frame in 0..8 {
@@ -209,7 +208,7 @@ fn a_history_lends_as_much_where_numbers_of_light_paths_change() {
         let samples = points.iter().map(|point| f64::from(point.samples)).sum::<f64>() / f64::from(PIXELS);
         (samples, caustics.iter().map(|value| f64::from(value.element_sum())).sum::<f64>(), paths)
     };
-    let (fixed, balanced) = (run(false), run(true));
+    let (fixed, balanced) = (run(Paths::Count(PIXELS * MAX_PATHS)), run(Paths::Auto));
     println!("{fixed:?}, balanced {balanced:?}");
     assert!(balanced.2.windows(2).any(|pair| pair[0] != pair[1]));
     assert!(fixed.0 > 4.0 && (balanced.0 / fixed.0 - 1.0).abs() < 1.0e-3);

@@ -3,7 +3,7 @@
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 const BASELINES: [&Method; 2] = [&KIM2019, &YANG2021];
 
 fn settings(width: u32, height: u32) -> Settings {
-    Settings { width, height, light_paths: 100_000, seed: 4, ..Settings::default() }
+    Settings { width, height, light_paths: Paths::Count(100_000), seed: 4, ..Settings::default() }
 }
 
 fn image(scene: &Scene, settings: &Settings, method: &'static Method) -> RenderedImage {
@@ -106,7 +106,7 @@ fn baselines_render_odd_sizes_and_nothing_where_nothing_is() {
         }
         let plain = image(&committed("plain-room"), &settings(64, 36), method);
         assert_eq!(sum(&plain.caustics), 0.0, "{}: there is no caster", method.name);
-        let none = Settings { light_paths: 0, ..settings(64, 36) };
+        let none = Settings { light_paths: Paths::Count(0), ..settings(64, 36) };
         assert_eq!(sum(&image(&committed("ring"), &none, method).caustics), 0.0, "{}", method.name);
     }
 }

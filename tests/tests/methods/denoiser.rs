@@ -3,7 +3,7 @@
 use bytemuck::cast_slice;
 use caustics::scene::texture::Role;
 use caustics::session::{self, RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::declare::{Step, buffers};
 use caustics_kernels::denoiser::{self, ATROUS};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
@@ -391,8 +391,13 @@ fn non_finite_light_does_not_spread() {
 fn a_room_keeps_its_energy_and_loses_its_noise() {
     let scene = load("mirror-room");
     let open = |denoiser| {
-        let settings =
-            Settings { width: 160, height: 90, light_paths: 20_000, denoiser, ..Settings::default() };
+        let settings = Settings {
+            width: 160,
+            height: 90,
+            light_paths: Paths::Count(20_000),
+            denoiser,
+            ..Settings::default()
+        };
         let (camera, features) = (&scene.cameras[0], scene.features(settings.specular_roughness));
         let cpu = RunnerChoice::Cpu { threads: 0 };
         Session::new(&cpu, &scene, camera, &settings, &basic::BASIC, &PHOTONS_GRID, features).unwrap()
@@ -426,7 +431,8 @@ fn gpu_matches_cpu() {
         let mut table = Table::new(&format!("filter, CPU against {} (hardware {hardware})", gpu.info.name));
         for name in ["mirror-room", "textured-room"] {
             let scene = load(name);
-            let settings = Settings { width: 191, height: 107, light_paths: 1, ..Settings::default() };
+            let settings =
+                Settings { width: 191, height: 107, light_paths: Paths::Count(1), ..Settings::default() };
             let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
             let params = runners.params;
             runners.cpu.run(&params, &[Step::new(&COLLECT, &params)]).unwrap();

@@ -1,5 +1,6 @@
 //! Edits of a scene: against files whose nodes stand there, by formulas, and that a hit is of the node whose mesh is there.
 
+use caustics::settings::Paths;
 use std::collections::BTreeSet;
 
 use caustics::scene::{CameraChoice, CameraEdit, Edits, Keyframe, LoadOptions, NodeEdit, Scene, SceneError};
@@ -182,7 +183,13 @@ fn an_edit_that_changes_nothing_changes_no_picture() {
     let mut seed = 0;
     let [baked, edited] = [changed("mirror-room", |_| ()), scene].map(|scene| {
         seed += 1;
-        let settings = Settings { width: 64, height: 40, light_paths: 30_000, seed, ..Settings::default() };
+        let settings = Settings {
+            width: 64,
+            height: 40,
+            light_paths: Paths::Count(30_000),
+            seed,
+            ..Settings::default()
+        };
         let choice = RunnerChoice::Cpu { threads: 0 };
         Blocks::render(&choice, &scene, &settings, &BASIC, &PHOTONS_GRID, 24)
     });

@@ -3,11 +3,11 @@
 
 use caustics::metric::comparison::{Comparison, Viewing};
 use caustics::metric::pixels::{Estimate, Pixels};
+use caustics::settings::{Paths, Radius, Settings};
 // Where the metric, which its own folder surrounds with these modules, looks for them.
 use caustics::metric::{comparison, pixels};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
 use caustics_kernels::denoiser;
 use caustics_kernels::emission;
 use caustics_kernels::gather::Index;
@@ -44,7 +44,7 @@ static STRIPES: Variant =
     Variant { index: &stripes_passes::INDEX, gather: &stripes_passes::GATHER, ..stripes::Stripes::VARIANT };
 
 fn settings() -> Settings {
-    Settings { width: 48, height: 32, light_paths: 2000, ..Settings::default() }
+    Settings { width: 48, height: 32, light_paths: Paths::Count(2000), ..Settings::default() }
 }
 
 /// The two layers of a frame.
@@ -97,7 +97,7 @@ fn the_example_gather_renders_the_bits_of_another_gather() {
 #[test]
 fn the_example_method_renders_as_half_the_radius_does() {
     let whole = frame(&settings(), &BASIC, &PHOTONS_GRID);
-    let half = frame(&Settings { radius_px: 0.5, ..settings() }, &BASIC, &PHOTONS_GRID);
+    let half = frame(&Settings { radius: Radius::Px(0.5), ..settings() }, &BASIC, &PHOTONS_GRID);
     let found = frame(&settings(), &halved::HALVED, &PHOTONS_GRID);
     assert!(found.path == half.path && found.caustics == half.caustics);
     assert!(found.caustics != whole.caustics);
@@ -133,7 +133,7 @@ fn the_example_emission_keeps_the_light_and_changes_the_samples() {
     let scene = two_lights();
     assert!(scene.lights.len() > 1);
     let caustics = |emission| {
-        let settings = Settings { emission, light_paths: 200_000, ..settings() };
+        let settings = Settings { emission, light_paths: Paths::Count(200_000), ..settings() };
         let frames = frames(&scene, &settings, &BASIC, &PHOTONS_GRID, 8);
         frames.iter().map(|layers| sum(&layers.caustics)).collect::<Vec<_>>()
     };

@@ -1,5 +1,6 @@
 //! Light that fades, grows or shrinks: the histories show it as bright as it is.
 
+use caustics::settings::Paths;
 use caustics::settings::Settings;
 use caustics_kernels::history::VALIDATED;
 use caustics_tests::fading::{Caster, Fade, Fading, Punctual};
@@ -16,7 +17,8 @@ fn keeps_up(fading: &Fading, seeds: u32) {
 
 /// The same with so many light paths: their noise is that of the comparison.
 fn keeps_up_with(fading: &Fading, light_paths: u32, seeds: u32) {
-    let settings = Settings { width: 96, height: 60, light_paths, ..Settings::default() };
+    let settings =
+        Settings { width: 96, height: 60, light_paths: Paths::Count(light_paths), ..Settings::default() };
     let [caustics, paths] = fading.kept(&VALIDATED, &settings, seeds);
     println!("{fading:?}: caustics {caustics:?}, path-traced {paths:?}");
     assert!((caustics.value - 1.0).abs() < MAX_CAUSTICS, "{fading:?}: {caustics:?}");

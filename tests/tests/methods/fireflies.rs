@@ -2,7 +2,7 @@
 
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::Fireflies;
 use caustics_kernels::method::basic::BASIC;
@@ -19,7 +19,7 @@ const SIZE: (usize, usize) = (160, 90);
 
 fn settings(fireflies: Fireflies, seed: u32) -> Settings {
     let (width, height) = (SIZE.0 as u32, SIZE.1 as u32);
-    Settings { width, height, light_paths: 1000, fireflies, seed, ..Settings::default() }
+    Settings { width, height, light_paths: Paths::Count(1000), fireflies, seed, ..Settings::default() }
 }
 
 fn open(scene: &Scene, settings: &Settings, method: &'static Method) -> Session {

@@ -3,7 +3,7 @@
 
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::{self, PHOTONS_GRID, Variant};
 use caustics_kernels::interface::guide::GuideSum;
@@ -19,7 +19,14 @@ use glam::{DVec3, Vec3};
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 
 fn settings(light_paths: u32, seed: u32) -> Settings {
-    Settings { width: 160, height: 90, light_paths, seed, emission: &GUIDED, ..Settings::default() }
+    Settings {
+        width: 160,
+        height: 90,
+        light_paths: Paths::Count(light_paths),
+        seed,
+        emission: &GUIDED,
+        ..Settings::default()
+    }
 }
 
 fn open(choice: &RunnerChoice, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {

@@ -4,7 +4,7 @@ use caustics::inspect::{CameraPath, Event, Inspection, LightPath, Vertex};
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::session::{Session, SessionError};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics::{history, method};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::interface::choice::{Caustics, PixelFilter};
@@ -23,7 +23,7 @@ fn settings(emission: &'static Emission, caustics: Caustics) -> Settings {
     Settings {
         width: WIDTH,
         height: HEIGHT,
-        light_paths: 12_000,
+        light_paths: Paths::Count(12_000),
         emission,
         caustics,
         pixel_filter: PixelFilter::Box,
@@ -258,7 +258,7 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
     b.camera(DVec3::new(0.0, 0.5, 1.0), DVec3::new(0.0, 0.3, -1.0), 0.2);
     let scene = Scene { origin: DVec3::new(10.0, 20.0, 30.0), ..b.build() };
     let settings = Settings {
-        light_paths: 200_000,
+        light_paths: Paths::Count(200_000),
         pixel_filter: PixelFilter::Centre,
         ..settings(&POWER, Caustics::First)
     };

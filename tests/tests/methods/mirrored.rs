@@ -4,7 +4,7 @@ use caustics::accumulation::Accumulation;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::choice::{PathHistory, PixelFilter, Sampler};
@@ -22,7 +22,13 @@ const FRAMES: u32 = 16;
 const MIRRORED: f32 = 2.0;
 
 fn settings(seed: u32) -> Settings {
-    Settings { width: WIDTH, height: HEIGHT, light_paths: WIDTH * HEIGHT / 2, seed, ..Settings::default() }
+    Settings {
+        width: WIDTH,
+        height: HEIGHT,
+        light_paths: Paths::Count(WIDTH * HEIGHT / 2),
+        seed,
+        ..Settings::default()
+    }
 }
 
 fn with_histories(settings: Settings) -> Settings {
@@ -57,7 +63,7 @@ type Layer = fn(&RenderedImage) -> &Vec<Vec3>;
 fn reference(scene: &Scene, samples: u32) -> Vec<RenderedImage> {
     let mut scene = scene.clone();
     let many = Settings {
-        light_paths: 4 * WIDTH * HEIGHT,
+        light_paths: Paths::Count(4 * WIDTH * HEIGHT),
         pixel_filter: PixelFilter::Box,
         sampler: Sampler::Sobol,
         ..settings(77)

@@ -3,7 +3,7 @@
 use caustics::accumulation::Accumulation;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::path::MAX_FRAMES;
 use caustics_kernels::interface::choice::{PathHistory, PixelFilter, Sampler};
@@ -20,7 +20,14 @@ const FPS: f64 = 24.0;
 const ALL: [PathHistory; 2] = [PathHistory::None, PathHistory::Validated];
 
 fn settings(path_history: PathHistory, seed: u32) -> Settings {
-    Settings { width: 96, height: 54, light_paths: 100, path_history, seed, ..Settings::default() }
+    Settings {
+        width: 96,
+        height: 54,
+        light_paths: Paths::Count(100),
+        path_history,
+        seed,
+        ..Settings::default()
+    }
 }
 
 fn session(scene: &Scene, settings: &Settings, threads: usize) -> Session {

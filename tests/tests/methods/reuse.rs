@@ -3,7 +3,7 @@
 mod curved;
 
 use caustics::scene::{Scene, SceneCamera};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::history::{NONE, PAPER, VALIDATED};
 use caustics_tests::frames::{Frames, sums};
 use caustics_tests::scenes::*;
@@ -22,7 +22,7 @@ fn lit_floor() -> Scene {
 }
 
 fn settings(width: u32, height: u32, light_paths: u32) -> Settings {
-    Settings { width, height, light_paths, ..Settings::default() }
+    Settings { width, height, light_paths: Paths::Count(light_paths), ..Settings::default() }
 }
 
 /// O8: 0.2 of a frame are blended into 0.8 of the mean.
@@ -159,7 +159,7 @@ fn line_stays_narrow(step: Vec3) {
     let camera = &scene.cameras[0];
     let last = moved(camera, step * 100.0);
     // The line itself: one frame of very many paths.
-    let many = Settings { light_paths: 100 * settings.light_paths, ..settings.clone() };
+    let many = Settings { light_paths: Paths::Count(100 * settings.max_light_paths()), ..settings.clone() };
     let width = |layer: &[Vec3]| width_of_line(&sums(layer), settings.width as usize);
     let line = width(&Frames::new(&scene, &many, &NONE).pose(&scene, &last));
     let [paper, validated] = [&PAPER, &VALIDATED].map(|history| {

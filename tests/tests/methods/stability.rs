@@ -5,7 +5,7 @@ use caustics::metric::flip_ldr::flip_ldr;
 use caustics::metric::pixels::Pixels;
 use caustics::scene::Scene;
 use caustics::session::RunnerChoice;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::history::{ALL, History, NONE, PAPER, VALIDATED};
 use caustics_kernels::interface::history::HistoryPoint;
 use caustics_tests::frames::{Frames, sums};
@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 const FPS: f64 = 24.0;
 
 fn settings(width: u32, height: u32, light_paths: u32) -> Settings {
-    Settings { width, height, light_paths, ..Settings::default() }
+    Settings { width, height, light_paths: Paths::Count(light_paths), ..Settings::default() }
 }
 
 /// Frames `0..count` of an animation: the caustics of each.
@@ -87,7 +87,8 @@ fn pixels(layer: &[Vec3], settings: &Settings) -> Pixels {
 
 /// FLIP of every frame of each history, against frames of very many light paths.
 fn errors(scene: &Scene, settings: &Settings, count: u32) -> Vec<(&'static str, Vec<f64>)> {
-    let many = Settings { light_paths: 64 * settings.light_paths, seed: 5, ..settings.clone() };
+    let many =
+        Settings { light_paths: Paths::Count(64 * settings.max_light_paths()), seed: 5, ..settings.clone() };
     let reference = animation(scene, &many, &NONE, count);
     let flip = |layer: &[Vec3], reference: &[Vec3]| {
         flip_ldr(&pixels(layer, settings), &pixels(reference, settings), Encoding::Linear, 0.0, 67.0).mean()

@@ -4,7 +4,7 @@
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session, SessionError};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::emission::{AIMED, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::{Fireflies, PathHistory, PixelFilter, Sampler};
@@ -22,8 +22,15 @@ use glam::Vec3;
 
 /// Images of 45 rows: five tiles of nine, or four, of twelve and of nine at the end.
 fn settings(tiles: u32) -> Settings {
-    let light_paths = 20_000;
-    Settings { width: 80, height: 45, light_paths, radius_px: 3.0, tiles: Some(tiles), ..Settings::default() }
+    let light_paths = Paths::Count(20_000);
+    Settings {
+        width: 80,
+        height: 45,
+        light_paths,
+        radius: Radius::Px(3.0),
+        tiles: Some(tiles),
+        ..Settings::default()
+    }
 }
 
 fn open(scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
@@ -74,8 +81,8 @@ fn a_picture_of_tiles_is_the_picture_to_the_bit() {
 /// Settings by which frames learn from those before them, and are reused by those after.
 fn learning(tiles: u32) -> Settings {
     Settings {
-        balances: true,
-        widens: true,
+        light_paths: Paths::Auto,
+        radius: Radius::Auto,
         emission: &GUIDED,
         path_history: PathHistory::Validated,
         fireflies: Fireflies::Bounded,
@@ -120,7 +127,8 @@ fn tiles_that_learn_find_the_same_light() {
     for method in [&BASIC, &YANG2021] {
         let [whole, tiled] = [1, 4].map(|tiles| {
             let emission = if method.name == "basic" { &GUIDED } else { &POWER };
-            let settings = Settings { seed: tiles, emission, light_paths: 30_000, ..settings(tiles) };
+            let settings =
+                Settings { seed: tiles, emission, light_paths: Paths::Count(30_000), ..settings(tiles) };
             let mut session = open(&scene, &settings, method);
             let frames: Vec<[f64; 2]> = (0..12).map(|index| light(&frame(&mut session, index))).collect();
             [0, 1].map(|part| Mean::from_samples(&frames.iter().map(|light| light[part]).collect::<Vec<_>>()))

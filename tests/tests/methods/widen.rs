@@ -3,7 +3,7 @@
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::denoiser::ATROUS;
 use caustics_kernels::emission::AIMED;
 use caustics_kernels::gather::accumulator::WORDS;
@@ -20,7 +20,15 @@ const SIZE: (usize, usize) = (160, 90);
 
 fn settings(light_paths: u32, seed: u32) -> Settings {
     let (width, height) = (SIZE.0 as u32, SIZE.1 as u32);
-    Settings { width, height, light_paths, seed, emission: &AIMED, widens: true, ..Settings::default() }
+    Settings {
+        width,
+        height,
+        light_paths: Paths::Count(light_paths),
+        seed,
+        emission: &AIMED,
+        radius: Radius::Auto,
+        ..Settings::default()
+    }
 }
 
 fn open(scene: &Scene, settings: &Settings, gather: &'static Variant) -> Session {
@@ -39,7 +47,7 @@ fn image(session: &mut Session, frame: u32) -> RenderedImage {
 fn discs_are_as_wide_as_deposits_were_few() {
     let scene = committed("cornell-box");
     let mut session = open(&scene, &settings(3000, 1), &PHOTONS_GRID);
-    let mut plain = open(&scene, &Settings { widens: false, ..settings(3000, 1) }, &PHOTONS_GRID);
+    let mut plain = open(&scene, &Settings { radius: Radius::Px(1.0), ..settings(3000, 1) }, &PHOTONS_GRID);
     for session in [&mut session, &mut plain] {
         session.frame(0).expect("a frame runs");
     }
@@ -83,15 +91,15 @@ fn discs_are_as_wide_as_deposits_were_few() {
 #[test]
 fn discs_that_widen_change_nothing_else() {
     let scene = committed("cornell-box");
-    let run = |widens| {
-        let settings = Settings { widens, denoiser: &ATROUS, history: &VALIDATED, ..settings(3000, 1) };
+    let run = |radius| {
+        let settings = Settings { radius, denoiser: &ATROUS, history: &VALIDATED, ..settings(3000, 1) };
         let mut session = open(&scene, &settings, &PHOTONS_GRID);
         let found = image(&mut session, 3);
         let points: Vec<HistoryPoint> = session.read("history_points").expect("points");
         let samples: Vec<f32> = points.iter().map(|point| point.samples).collect();
         (found.path, samples, found.radius)
     };
-    let (plain, wide) = (run(false), run(true));
+    let (plain, wide) = (run(Radius::Px(1.0)), run(Radius::Auto));
     assert!(plain.0 == wide.0, "what is smoothed");
     assert!(
         plain.1 == wide.1 && wide.1.iter().filter(|samples| **samples > 3.0).count() > 1000,
@@ -104,7 +112,7 @@ fn discs_that_widen_change_nothing_else() {
 #[test]
 fn of_few_paths_discs_that_widen_have_the_least_error() {
     let scene = committed("mirror-room");
-    let fine = Settings { widens: false, radius_px: 0.5, ..settings(1 << 19, 1000) };
+    let fine = Settings { radius: Radius::Px(0.5), ..settings(1 << 19, 1000) };
     let mut session = open(&scene, &fine, &PHOTONS_GRID);
     let frames = 12;
     let (mut caustics, mut all) = (vec![0.0; SIZE.0 * SIZE.1], vec![0.0; SIZE.0 * SIZE.1]);
@@ -118,11 +126,11 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
         }
     }
     let dark = 0.1 * all.iter().sum::<f64>() / all.len() as f64;
-    let error_and_light = |widens, radius_px, light_paths, seeds: u32| {
+    let error_and_light = |radius, light_paths, seeds: u32| {
         let count = f64::from(seeds);
         let (mut error, mut light) = (0.0, 0.0);
         for seed in 0..seeds {
-            let settings = Settings { widens, radius_px, ..settings(light_paths, seed) };
+            let settings = Settings { radius, ..settings(light_paths, seed) };
             let found = image(&mut open(&scene, &settings, &PHOTONS_GRID), 2).caustics;
             for (pixel, found) in found.iter().enumerate() {
                 let found = f64::from(found.element_sum());
@@ -134,12 +142,13 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
     };
     let few = 1 << 12;
     let [narrow, wide, auto] =
-        [(false, 1.0), (false, WIDEST), (true, 1.0)].map(|(widens, px)| error_and_light(widens, px, few, 32));
+        [Radius::Px(1.0), Radius::Px(WIDEST), Radius::Auto].map(|radius| error_and_light(radius, few, 32));
     println!("error and light: narrow {narrow:.4?}, wide {wide:.4?}, by photons {auto:.4?}");
     assert!(auto.0 < 0.95 * narrow.0.min(wide.0));
     // Wide discs take light beside narrow ones, which give none back: less and less, the more paths there are.
     let many = 1 << 17;
-    let [narrow_many, auto_many] = [false, true].map(|widens| error_and_light(widens, 1.0, many, 2));
+    let [narrow_many, auto_many] =
+        [Radius::Px(1.0), Radius::Auto].map(|radius| error_and_light(radius, many, 2));
     println!("of many paths: narrow {narrow_many:.4?}, by photons {auto_many:.4?}");
     assert!((auto.1 - narrow.1).abs() < 0.05 && (auto_many.1 - narrow_many.1).abs() < 0.01);
     let by = |gather| image(&mut open(&scene, &settings(1 << 12, 1), gather), 2).caustics;

@@ -5,7 +5,7 @@ use caustics::counters::Counters;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_bench::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::counters::Counter;
@@ -25,7 +25,7 @@ use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
 
 fn settings(width: u32, height: u32, light_paths: u32, seed: u32) -> Settings {
-    Settings { width, height, light_paths, seed, ..Settings::default() }
+    Settings { width, height, light_paths: Paths::Count(light_paths), seed, ..Settings::default() }
 }
 
 fn open(scene: &Scene, settings: &Settings, method: &'static Method, threads: usize) -> Session {

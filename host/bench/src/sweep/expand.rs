@@ -9,7 +9,7 @@ use toml::Spanned;
 
 use super::config::{Config, EnvironmentTable};
 use super::matrix_table::MatrixTable;
-use crate::cell::{Cell, Paths};
+use crate::cell::Cell;
 use crate::cell_parameters::name_all;
 use crate::identity::{posed, view};
 use crate::matrix::{Cells, keep_one_of_each};
@@ -17,7 +17,7 @@ use crate::plan::{Compared, MeasurementPlan};
 use caustics::hash::digest;
 use caustics::scene::{self, EnvironmentMap, Scene, Staged, Staging};
 use caustics::session::RunnerChoice;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 
 /// Scenes, each with a camera and a size, that a file may have at most: all are in memory at once.
 const MAX_PARTS: usize = 1000;
@@ -245,8 +245,10 @@ fn timed_sizes(config: &Config, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>>
 fn per_pixel(config: &Config, timed_size: Option<(u32, u32)>, cells: &[Cell]) -> Vec<Cell> {
     let size = timed_size.or(config.error.as_ref().map(|error| (error.width.0, error.height.0)));
     let pixels = size.map_or(1.0, |(width, height)| f64::from(width) * f64::from(height));
-    let to_per_pixel = |cell: &Cell| match cell.paths {
-        Paths::Count(count) => Cell { paths: Paths::PerPixel(f64::from(count) / pixels), ..cell.clone() },
+    let to_per_pixel = |cell: &Cell| match cell.settings.light_paths {
+        Paths::Count(count) => {
+            cell.clone().with(|settings| settings.light_paths = Paths::PerPixel(f64::from(count) / pixels))
+        }
         _ => cell.clone(),
     };
     cells.iter().map(to_per_pixel).collect()

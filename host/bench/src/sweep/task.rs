@@ -6,10 +6,10 @@ use std::path::PathBuf;
 
 use super::config::Config;
 use super::expand::SweepPart;
-use crate::cell::{Cell, Paths};
+use crate::cell::Cell;
 use crate::result::{CellResult, FrameResult};
 use crate::store::Results;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 
 /// A cell and what it is known by.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use anyhow::Context;
 use super::equal_time::{EqualTimeResult, TOLERANCE, held, is_met, search};
 use super::errors::measure_error;
 use super::task::{SweepContext, Task, joined};
-use crate::cell::{Cell, Paths};
+use crate::cell::Cell;
 use crate::cost::costs;
 use crate::identity::posed;
 use crate::measure::measure;
@@ -17,6 +17,7 @@ use crate::result::{CellTime, FrameResult};
 use crate::store::provenance;
 use crate::timing::{cell_time, quartiles};
 use caustics::scene::Scene;
+use caustics::settings::Paths;
 use caustics::trace_rate::closest_hits_per_second;
 
 /// Most cells that take turns, the first one of the group aside: what an interruption loses.
@@ -172,8 +173,9 @@ fn take_turns<'a>(
     };
     let timed: Vec<Timed> = turns.into_iter().map(timed).collect::<anyhow::Result<_>>()?;
 
-    let (shared, fixed): (Vec<Timed>, Vec<Timed>) =
-        timed.into_iter().partition(|timed| matches!(timed.ready.task.cell.paths, Paths::Time(_)));
+    let (shared, fixed): (Vec<Timed>, Vec<Timed>) = timed
+        .into_iter()
+        .partition(|timed| matches!(timed.ready.task.cell.settings.light_paths, Paths::Time(_)));
     for timed in fixed {
         write(sweep, timed, None)?;
     }
@@ -195,7 +197,7 @@ fn take_turns<'a>(
                 scene.name, cell.name
             ));
             let pixels = f64::from(time.width) * f64::from(time.height);
-            cell.paths = Paths::PerPixel(f64::from(next) / pixels);
+            cell.settings.light_paths = Paths::PerPixel(f64::from(next) / pixels);
         }
         again.push(Ready { task: ready.task, cell });
     }
@@ -233,8 +235,10 @@ struct Miss {
 /// None where a cell meets its time.
 fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss> {
     let Timed { ready: Ready { task, cell }, time, .. } = timed;
-    let Paths::Time(target) = task.cell.paths else { return None };
-    let shared = time.ratio_to_first.filter(|_| first.task.cell.paths == task.cell.paths);
+    let Paths::Time(target) = task.cell.settings.light_paths else { return None };
+    let shared = time
+        .ratio_to_first
+        .filter(|_| first.task.cell.settings.light_paths == task.cell.settings.light_paths);
     let (own, goal) = held(time.total_ms.median, shared.map(|ratio| (ratio, first_ms)), target);
     if is_met(own, goal) {
         return None;
@@ -256,15 +260,15 @@ fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> 
 /// Most light paths of a frame that are tried: the kernels count rays in 32 bits.
 fn max_paths(plan: &MeasurementPlan, cell: &Cell) -> u32 {
     let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
-    u64::from(u32::MAX / (cell.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
+    u64::from(u32::MAX / (cell.settings.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
 }
 
 /// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.
 fn find_paths<'a>(sweep: &SweepContext, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
-    let Paths::Time(target) = task.cell.paths else {
+    let Paths::Time(target) = task.cell.settings.light_paths else {
         return Ok(Some(Ready { task, cell: task.cell.clone() }));
     };
-    let with = |paths| Cell { paths, ..task.cell.clone() };
+    let with = |paths| task.cell.clone().with(|settings| settings.light_paths = paths);
     if let Some(known) = sweep.results.read(&task.identity).filter(|known| known.time.is_some()) {
         return Ok(Some(Ready { task, cell: with(Paths::PerPixel(known.cell.number(&PATHS_PER_PIXEL))) }));
     }

@@ -8,6 +8,7 @@ use caustics::output::lock::FileLock;
 use caustics::program::program;
 use caustics::scene::{self, Staged};
 use caustics::session::Session;
+use caustics::settings::{Paths, Radius};
 use caustics_kernels::interface::choice::TextureFilter;
 use serde_json::json;
 
@@ -115,8 +116,8 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
             "denoiser": settings.denoiser.name, "device": session.device(), "why": reason, "camera": camera,
             "fps": plan.fps, "first": plan.frames.start, "end": plan.frames.end,
             "width": settings.width, "height": settings.height,
-            "light_paths": if settings.balances { json!("auto") } else { json!(settings.light_paths) },
-            "max_bounces": settings.max_bounces, "radius_px": settings.radius_px, "widens": settings.widens,
+            "light_paths": if settings.light_paths == Paths::Auto { json!("auto") } else { json!(settings.max_light_paths()) },
+            "max_bounces": settings.max_bounces, "radius_px": settings.radius.px(), "widens": settings.radius == Radius::Auto,
             "specular_roughness": settings.specular_roughness,
             "texture_filter": settings.texture_filter.map(TextureFilter::name), "seed": settings.seed,
             "features": feature_names(features), "commit": program().commit, "kernels": kernels::SOURCES,

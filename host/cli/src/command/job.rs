@@ -16,7 +16,7 @@ use caustics::program::program;
 use caustics::scene::{self, Staged};
 use caustics::sealed::Unusable;
 use caustics::session::{Session, SessionError};
-use caustics::settings::Settings;
+use caustics::settings::{Radius, Settings};
 use caustics::trace_rate::closest_hits_per_second;
 use caustics_bench::cell::Cell;
 use caustics_kernels::interface::choice::TextureFilter;
@@ -229,7 +229,7 @@ impl Job {
                 "device": device, "why": reason, "camera": camera.name, "time_s": time,
                 "width": settings.width, "height": settings.height, "frames": frames,
                 "light_paths": report.light_paths(), "max_bounces": settings.max_bounces,
-                "radius_px": settings.radius_px, "widens": settings.widens,
+                "radius_px": settings.radius.px(), "widens": settings.radius == Radius::Auto,
                 "specular_roughness": settings.specular_roughness,
                 "texture_filter": settings.texture_filter.map(TextureFilter::name),
                 "exposure": stops,

@@ -81,7 +81,7 @@ fn reusing_options(cell: &Cell) -> Vec<String> {
     let all = [
         (!method.keeps.is_empty(), "--method", method.name),
         (!parts.history.keeps.is_empty(), "--history", parts.history.name),
-        (parts.stages.has(&PATH_HISTORY), "--path-history", cell.path_history.name()),
+        (parts.stages.has(&PATH_HISTORY), "--path-history", cell.settings.path_history.name()),
         (!parts.emission.stage.keeps.is_empty(), "--emission", parts.emission.name),
         (parts.stages.has(&BALANCE), "--light-paths", "auto"),
         (parts.stages.has(&WIDEN), "--radius-px", "auto"),
@@ -92,7 +92,7 @@ fn reusing_options(cell: &Cell) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use caustics_bench::cell::{Paths, Radius};
+    use caustics::settings::{Paths, Radius};
     use caustics_kernels::interface::choice::PathHistory;
     use caustics_kernels::{emission, history, method};
 
@@ -104,19 +104,18 @@ mod tests {
             for history in history::ALL {
                 for emission in emission::ALL {
                     for path_history in PathHistory::ALL {
-                        for (paths, radius) in [
+                        for (light_paths, radius) in [
                             (Paths::Count(1), Radius::Px(1.0)),
                             (Paths::Auto, Radius::Px(1.0)),
                             (Paths::Count(1), Radius::Auto),
                         ] {
-                            let cell = Cell {
-                                history,
-                                emission,
-                                path_history: *path_history,
-                                paths,
-                                radius,
-                                ..Cell::new(method)
-                            };
+                            let cell = Cell::new(method).with(|settings| {
+                                settings.history = history;
+                                settings.emission = emission;
+                                settings.path_history = *path_history;
+                                settings.light_paths = light_paths;
+                                settings.radius = radius;
+                            });
                             let cell = cell.effective();
                             let reuses = method.kept(cell.parts()).next().is_some();
                             assert_eq!(reuses, !reusing_options(&cell).is_empty(), "{cell:?}");

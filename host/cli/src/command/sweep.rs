@@ -163,7 +163,7 @@ fn dry_run(options: &cli::SweepOptions, config: &Config, tasks: &[Task]) -> anyh
         let cache = cache()?;
         let mut seen = BTreeSet::new();
         for task in tasks {
-            if !seen.insert((std::ptr::from_ref(task.part), task.cell.max_bounces)) {
+            if !seen.insert((std::ptr::from_ref(task.part), task.cell.settings.max_bounces)) {
                 continue;
             }
             let plan = task.part.error_plan(config, &task.cell).context("there is no table [error]")?;

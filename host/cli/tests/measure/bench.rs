@@ -1,5 +1,6 @@
 //! `caustics bench` from outside: what it measures, prints, keeps and refuses.
 
+use caustics::settings::Paths;
 use std::path::{Path, PathBuf};
 
 use caustics::image_file::Channels;
@@ -162,8 +163,10 @@ fn cells_of_all_axes_are_measured() {
 #[test]
 fn each_cell_has_the_first_turn_in_turn() {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
-    let mut cells: Vec<Cell> =
-        history::ALL.iter().map(|history| Cell { history, ..Cell::new(&BASIC) }).collect();
+    let mut cells: Vec<Cell> = history::ALL
+        .iter()
+        .map(|&history| Cell::new(&BASIC).with(|settings| settings.history = history))
+        .collect();
     caustics_bench::cell_parameters::name_all(&mut cells);
     let plan = MeasurementPlan {
         settings: Settings { width: 40, height: 24, ..Settings::default() },
@@ -276,8 +279,14 @@ fn shown_change(seeds: &[u32]) -> f64 {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let of_seed = |&seed: &u32| {
         let sampler = Sampler::Sobol;
-        let settings =
-            Settings { width: 40, height: 24, light_paths: 1920, seed, sampler, ..Settings::default() };
+        let settings = Settings {
+            width: 40,
+            height: 24,
+            light_paths: Paths::Count(1920),
+            seed,
+            sampler,
+            ..Settings::default()
+        };
         let features = scene.features(settings.specular_roughness);
         let (choice, camera) = (RunnerChoice::Cpu { threads: 1 }, &scene.cameras[0]);
         let mut session =

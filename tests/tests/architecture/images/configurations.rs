@@ -114,10 +114,8 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
     // A new field is either set by a parameter, which takes its values from the program's lists, or gets other values below.
     let Settings {
         light_paths: _,
-        balances: _,
         max_bounces: _,
-        radius_px: _,
-        widens: _,
+        radius: _,
         history: _,
         denoiser: _,
         emission: _,

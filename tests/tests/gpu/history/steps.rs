@@ -17,7 +17,7 @@ use caustics_tests::fields::Field;
 use caustics_tests::matching::Photon;
 use caustics_tests::parity::RunnerPair;
 use caustics_tests::table::Table;
-use caustics_tests::tremble::Paths;
+use caustics_tests::tremble::LightPathContext;
 use glam::Vec3;
 
 use super::Animation;
@@ -50,7 +50,11 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
     }
     let features = runners.features;
     if *pass == VALIDATE {
-        validate(runners, Paths { scene: &animation.scene, params, features, emission: &POWER }, table);
+        validate(
+            runners,
+            LightPathContext { scene: &animation.scene, params, features, emission: &POWER },
+            table,
+        );
     } else if *pass == RESOLVE_HISTORY {
         table.add(pass.name, remembered(runners));
     } else {
@@ -59,7 +63,7 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
 }
 
 /// Validation paths, photon by photon, and the marks that they make.
-fn validate(runners: &mut RunnerPair, paths: Paths<'_>, table: &mut Table) {
+fn validate(runners: &mut RunnerPair, paths: LightPathContext<'_>, table: &mut Table) {
     let (cpu, gpu) = runners.records::<ValidationPhoton>("validation_photons");
     let stored = cpu.iter().filter(|photon| photon.flux > 0.0).count();
     assert!(stored > 200, "only {stored} photons");

@@ -2,7 +2,7 @@
 
 use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::choice::Caustics;
@@ -28,7 +28,7 @@ const FRAMES: u32 = 4;
 
 /// Means of the caustics and of all else over an image, frame by frame.
 fn means(choice: &RunnerChoice, scene: &Scene, features: Features, variant: &'static Variant) -> [Mean; 2] {
-    let settings = Settings { width: 80, height: 45, light_paths: 32_768, ..settings() };
+    let settings = Settings { width: 80, height: 45, light_paths: Paths::Count(32_768), ..settings() };
     let mut session =
         Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, variant, features).unwrap();
     let mean = |image: &[Vec3]| {
@@ -111,7 +111,13 @@ fn gathers_on_the_gpu_equal_each_other() {
     for &hardware in gpu.tracers() {
         let scene = load("mirror-room");
         let (light_paths, caustics) = (16_384, Caustics::Any);
-        let fewer = Settings { width: 80, height: 45, light_paths, caustics, ..settings() };
+        let fewer = Settings {
+            width: 80,
+            height: 45,
+            light_paths: Paths::Count(light_paths),
+            caustics,
+            ..settings()
+        };
         let mut runners = RunnerPair::open(&gpu, hardware, &scene, &fewer);
         let params = runners.params;
         let mut table = Table::new(&format!("gathers against brute force on {}", gpu.info.name));
@@ -137,7 +143,7 @@ fn odd_sizes_run_and_the_validation_layer_is_silent() {
     let scene = load("mirror-room");
     for (width, height) in [(1, 1), (191, 107)] {
         for &hardware in gpu.tracers() {
-            let settings = Settings { width, height, light_paths: 5000, ..settings() };
+            let settings = Settings { width, height, light_paths: Paths::Count(5000), ..settings() };
             let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
             for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
                 runners.gpu.run(&runners.params, &basic::steps(variant, &runners.params)).unwrap_or_else(
@@ -155,7 +161,7 @@ fn odd_sizes_run_and_the_validation_layer_is_silent() {
 fn detects_another_seed() {
     let Some(gpu) = gpu() else { return };
     let scene = load("mirror-room");
-    let small = Settings { width: 48, height: 27, light_paths: 4096, ..settings() };
+    let small = Settings { width: 48, height: 27, light_paths: Paths::Count(4096), ..settings() };
     let mut runners = RunnerPair::open(&gpu, false, &scene, &small);
     let params = runners.params;
     let mut table = |seed| {

@@ -18,7 +18,7 @@ use caustics_kernels::pass::widen::WIDEN;
 use caustics_tests::compare::{Difference, Tolerance, floats, words};
 use caustics_tests::parity::{self, RunnerPair};
 use caustics_tests::table::Table;
-use caustics_tests::tremble::Paths;
+use caustics_tests::tremble::LightPathContext;
 use glam::Vec3;
 
 use super::paths;
@@ -117,7 +117,7 @@ fn one(runners: &mut RunnerPair, scene: &Scene, emission: &'static Emission, ste
         }
     }
     let features = runners.features;
-    let whole = Paths { scene, params: &params, features, emission };
+    let whole = LightPathContext { scene, params: &params, features, emission };
     match pass.work {
         Work::Camera => paths::collect(runners, whole, table),
         Work::Light => paths::shoot(runners, whole, pass.name, table),

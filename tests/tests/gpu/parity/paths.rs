@@ -11,7 +11,7 @@ use caustics_tests::fields::Field;
 use caustics_tests::matching::{Photon, pair};
 use caustics_tests::parity::RunnerPair;
 use caustics_tests::table::Table;
-use caustics_tests::tremble::Paths;
+use caustics_tests::tremble::LightPathContext;
 
 use super::passes::NEAR;
 
@@ -37,7 +37,7 @@ fn but_for_some(scene: &Scene, tolerance: Tolerance) -> Tolerance {
 }
 
 /// Camera paths, pixel by pixel.
-pub fn collect(runners: &mut RunnerPair, paths: Paths<'_>, table: &mut Table) {
+pub fn collect(runners: &mut RunnerPair, paths: LightPathContext<'_>, table: &mut Table) {
     let (cpu_radiance, gpu_radiance) = runners.records::<f32>("path_radiance");
     let (cpu_geometry, gpu_geometry) = runners.records::<PointGeometry>("point_geometry");
     let (cpu_shading, gpu_shading) = runners.records::<PointShading>("point_shading");
@@ -85,7 +85,7 @@ fn diverges(a: &Collected, b: &Collected) -> bool {
 }
 
 /// Light paths, photon by photon.
-pub fn shoot(runners: &mut RunnerPair, paths: Paths<'_>, name: &str, table: &mut Table) {
+pub fn shoot(runners: &mut RunnerPair, paths: LightPathContext<'_>, name: &str, table: &mut Table) {
     let (cpu_state, gpu_state) = runners.records::<u32>("photon_state");
     let (cpu_geometry, gpu_geometry) = runners.records::<PhotonGeometry>("photon_geometry");
     let (cpu_light, gpu_light) = runners.records::<PhotonLight>("photon_light");

@@ -2,7 +2,7 @@
 
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
@@ -77,7 +77,8 @@ fn rays_pass_layers_by_the_product_of_their_shares() {
 #[test]
 fn cameras_see_through_layers_by_the_product_of_their_shares() {
     let background = Some(Vec3::new(0.25, 0.5, 1.0));
-    let settings = Settings { width: 48, height: 48, light_paths: 1, background, ..Settings::default() };
+    let settings =
+        Settings { width: 48, height: 48, light_paths: Paths::Count(1), background, ..Settings::default() };
     for layers in &LAYERS[1..] {
         let mut b = stack(*layers, false);
         // From above, where the panes fill the view.
@@ -93,7 +94,13 @@ fn cameras_see_through_layers_by_the_product_of_their_shares() {
 
 #[test]
 fn lights_shine_through_layers_by_the_product_of_their_shares() {
-    let settings = Settings { width: 48, height: 48, light_paths: 1, max_bounces: 1, ..Settings::default() };
+    let settings = Settings {
+        width: 48,
+        height: 48,
+        light_paths: Paths::Count(1),
+        max_bounces: 1,
+        ..Settings::default()
+    };
     let frames = |layers| {
         let frames = render(&stack(layers, true).build(), &settings, "photons-grid", None, 0, 16);
         Mean::from_samples(&frames.iter().map(|frame| mean_of(&frame.0.path)).collect::<Vec<_>>())
@@ -108,7 +115,13 @@ fn light_paths_pass_layers_by_the_product_of_their_shares() {
     for layers in &LAYERS[1..] {
         let scene = stack(*layers, false).build();
         let caustics = Caustics::Any;
-        let settings = Settings { width: 8, height: 8, light_paths: 10_000, caustics, ..Settings::default() };
+        let settings = Settings {
+            width: 8,
+            height: 8,
+            light_paths: Paths::Count(10_000),
+            caustics,
+            ..Settings::default()
+        };
         let mut world = World::new(&scene, &settings);
         world.params.quantum = 2.0f32.powi(-40);
         let beam = Beam {
@@ -206,7 +219,7 @@ fn spotted(b: &mut Builder, alpha: u8) -> u32 {
 
 #[test]
 fn what_blends_to_one_everywhere_is_opaque_to_the_bit() {
-    let settings = Settings { width: 48, height: 36, light_paths: 4000, ..Settings::default() };
+    let settings = Settings { width: 48, height: 36, light_paths: Paths::Count(4000), ..Settings::default() };
     let image = |scene: &Scene| render(scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
     let textured = |b: &mut Builder, alpha, blends| MaterialTextures {
         base_color: spotted(b, alpha),
@@ -228,7 +241,7 @@ fn what_blends_to_one_everywhere_is_opaque_to_the_bit() {
 /// All code compiled in changes no bit of a scene in which nothing blends.
 #[test]
 fn what_does_not_blend_asks_nobody() {
-    let settings = Settings { width: 48, height: 36, light_paths: 4000, ..Settings::default() };
+    let settings = Settings { width: 48, height: 36, light_paths: Paths::Count(4000), ..Settings::default() };
     let scene = mixed_room().build();
     let all = render(&scene, &settings, "photons-grid", Some(Features::ALL), 0, 1);
     let own = render(&scene, &settings, "photons-grid", None, 0, 1);

@@ -2,7 +2,7 @@
 
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::light::emit::Emit;
@@ -75,7 +75,10 @@ fn light(alpha: Alpha) -> (Scene, f64) {
 }
 
 fn world(scene: &Scene) -> World<'_> {
-    World::new(scene, &Settings { width: 32, height: 32, light_paths: 1, ..Settings::default() })
+    World::new(
+        scene,
+        &Settings { width: 32, height: 32, light_paths: Paths::Count(1), ..Settings::default() },
+    )
 }
 
 /// Flux = area x mean radiance x pi, in the light table and in the mean of leaving paths.
@@ -155,7 +158,7 @@ fn connections_and_light_paths_agree() {
 #[test]
 fn a_textured_lamp_shows_its_texels() {
     let (scene, _) = light(Alpha::Whole);
-    let settings = Settings { width: 64, height: 64, light_paths: 1, ..Settings::default() };
+    let settings = Settings { width: 64, height: 64, light_paths: Paths::Count(1), ..Settings::default() };
     let mut camera = scene.cameras[0].clone();
     camera.position = Vec3::new(0.0, 0.01, 0.0);
     (camera.forward, camera.right, camera.up) = (Vec3::Y, Vec3::X, Vec3::NEG_Z);

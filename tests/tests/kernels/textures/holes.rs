@@ -2,7 +2,7 @@
 
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::texture::MaterialTextures;
@@ -33,8 +33,13 @@ fn screened(screen: bool, cutoff: f32) -> Scene {
 
 #[test]
 fn half_open_screens_let_half_the_light_through() {
-    let settings =
-        Settings { width: 256, height: 256, light_paths: 1, max_bounces: 1, ..Settings::default() };
+    let settings = Settings {
+        width: 256,
+        height: 256,
+        light_paths: Paths::Count(1),
+        max_bounces: 1,
+        ..Settings::default()
+    };
     let light = |scene: &Scene| mean_of(&render(scene, &settings, "photons-grid", None, 0, 1)[0].0.path);
     let (open, half) = (light(&screened(false, 0.5)), light(&screened(true, 0.5)));
     println!("{half:.5} of {open:.5}");
@@ -90,7 +95,7 @@ fn background_is_seen_and_lights_nothing() {
     b.light(DVec3::new(-1.0, 0.0, 1.0), 1.0);
     let scene = b.build();
     let background = Vec3::new(0.25, 0.5, 1.0);
-    let settings = Settings { width: 64, height: 64, light_paths: 1, ..Settings::default() };
+    let settings = Settings { width: 64, height: 64, light_paths: Paths::Count(1), ..Settings::default() };
     let with = Settings { background: Some(background), ..settings.clone() };
     let dark = render(&scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
     let bright = render(&scene, &with, "photons-grid", None, 0, 1).remove(0).0;

@@ -2,7 +2,7 @@
 
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
@@ -33,7 +33,8 @@ fn bumped(texel: Option<[u8; 4]>) -> Scene {
 
 #[test]
 fn flat_normal_maps_change_no_bit() {
-    let settings = Settings { width: 64, height: 48, light_paths: 60_000, ..Settings::default() };
+    let settings =
+        Settings { width: 64, height: 48, light_paths: Paths::Count(60_000), ..Settings::default() };
     let image = |scene: &Scene| render(scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
     let (plain, flat) = (bumped(None), bumped(Some([128, 128, 255, 255])));
     assert!(
@@ -78,8 +79,13 @@ fn a_leaning_mirror_scales_flux_by_the_adjoint_factor() {
     b.panel(catcher, DVec3::new(0.0, 0.0, 2.0), 20.0 * DVec3::NEG_X, 20.0 * DVec3::Y);
     b.camera(DVec3::new(0.0, 0.0, 1.0), DVec3::ZERO, 0.8);
     let scene = b.build();
-    let settings =
-        Settings { width: 8, height: 8, light_paths: 10_000, max_bounces: 2, ..Settings::default() };
+    let settings = Settings {
+        width: 8,
+        height: 8,
+        light_paths: Paths::Count(10_000),
+        max_bounces: 2,
+        ..Settings::default()
+    };
     let (world, beam) = (World::new(&scene, &settings), slanting_beam());
     let photons = world.shoot(&beam);
     let ratio = photons.flux().map(|(_, flux)| flux).sum::<f64>() / beam.area();
@@ -113,7 +119,7 @@ fn a_leaning_lambertian_scatters_by_its_own_normal() {
             let settings = Settings {
                 width: 8,
                 height: 8,
-                light_paths: 50_000,
+                light_paths: Paths::Count(50_000),
                 max_bounces: 3,
                 seed,
                 caustics: Caustics::Any,

@@ -1,5 +1,6 @@
 //! The density estimate: its bias, its borders, facets, pixels without a point.
 
+use caustics::settings::Radius;
 use caustics::settings::Settings;
 use caustics_kernels::gather::accumulator::GatheredSum;
 use caustics_kernels::gather::contribution::takes;
@@ -167,7 +168,7 @@ fn discs_take_no_light_through_walls_and_round_corners() {
 #[test]
 fn wall_of_half_a_radius_lets_no_caustic_through() {
     let rendered = |wall| {
-        let settings = Settings { radius_px: 3.0, ..settings(32, 32, 100_000) };
+        let settings = Settings { radius: Radius::Px(3.0), ..settings(32, 32, 100_000) };
         render(&half_room(wall), &settings, "photons-grid", None, 0, 1).remove(0).0
     };
     let (dark, lit) = (rendered(Some(0.01)), rendered(None));

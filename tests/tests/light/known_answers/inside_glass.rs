@@ -1,7 +1,7 @@
 //! An eye inside of glass: radiance from outside is n^2 (1 - F) times what it was, whatever stores the glass.
 
 use caustics::scene::{EnvironmentMap, Scene};
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
@@ -32,7 +32,7 @@ fn seen_over(scene: &Scene, max_bounces: u32, frames: u32, expected: impl Fn(f64
     let settings = Settings {
         width: SIDE,
         height: SIDE,
-        light_paths: 1,
+        light_paths: Paths::Count(1),
         max_bounces,
         pixel_filter: PixelFilter::Centre,
         ..Settings::default()

@@ -1,7 +1,7 @@
 //! Rooms whose light is known everywhere.
 
 use caustics::counters::Counters;
-use caustics::settings::Settings;
+use caustics::settings::{Radius, Settings};
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
@@ -42,7 +42,7 @@ fn lossless_things_in_a_uniform_room_are_invisible() {
     b.panel(thin, DVec3::new(0.3, 0.5, 0.2), 0.3 * DVec3::X, DVec3::new(0.0, 0.2, 0.2));
     b.camera(DVec3::new(0.0, 0.1, 0.95), DVec3::new(0.0, -0.1, 0.0), 1.0);
     let scene = b.build();
-    let settings = Settings { max_bounces: 20, radius_px: 0.3, ..settings(64, 48, 100_000) };
+    let settings = Settings { max_bounces: 20, radius: Radius::Px(0.3), ..settings(64, 48, 100_000) };
     let frames = render(&scene, &settings, "photons-grid", None, 0, 10);
     let sums: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.path) + mean_of(&p.caustics)).collect();
     let caustics: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.caustics)).collect();

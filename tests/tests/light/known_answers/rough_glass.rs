@@ -1,7 +1,7 @@
 //! Rough glass in scenes: light found through it by connections and by refraction, and absorbed behind it.
 
 use caustics::scene::Scene;
-use caustics::settings::Settings;
+use caustics::settings::{Radius, Settings};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
@@ -132,8 +132,12 @@ fn the_class_of_rough_glass_moves_light_between_layers_only() {
     b.camera(DVec3::new(0.0, 0.3, 0.95), DVec3::new(0.0, -0.6, 0.0), 1.0);
     let scene = b.build();
     let means = |specular_roughness: f32| {
-        let settings =
-            Settings { specular_roughness, radius_px: 0.5, max_bounces: 6, ..settings(64, 48, 100_000) };
+        let settings = Settings {
+            specular_roughness,
+            radius: Radius::Px(0.5),
+            max_bounces: 6,
+            ..settings(64, 48, 100_000)
+        };
         let frames = render(&scene, &settings, "photons-grid", None, 0, 24);
         let caustics: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.caustics)).collect();
         let path: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.path)).collect();

@@ -11,7 +11,7 @@ use caustics::output::lock;
 use caustics::output::target::TargetError;
 use caustics::rendered_image::Aov;
 use caustics::scene::Scene;
-use caustics::settings::Settings;
+use caustics::settings::{Paths, Radius, Settings};
 use caustics::shard::Shard;
 use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
@@ -66,16 +66,18 @@ impl AnimationPlan {
         check_fps(*fps)?;
         let mut cell = parameters.cell()?;
         if !parameters.has(&HISTORY) && cell.method.supports_history {
-            cell.history = &history::VALIDATED;
+            cell.settings.history = &history::VALIDATED;
         }
-        if !parameters.has(&PATH_HISTORY) && cell.history.settings.is_some() {
-            cell.path_history = PathHistory::Validated;
+        if !parameters.has(&PATH_HISTORY) && cell.settings.history.settings.is_some() {
+            cell.settings.path_history = PathHistory::Validated;
         }
-        match cell.path_history {
+        match cell.settings.path_history {
             // Longer histories gain more from numbers that are even over frames; they and a denoiser go together.
-            PathHistory::Validated if !parameters.has(&DENOISER) => cell.denoiser = &denoiser::ATROUS,
+            PathHistory::Validated if !parameters.has(&DENOISER) => {
+                cell.settings.denoiser = &denoiser::ATROUS;
+            }
             // Frames that nothing connects are looked at one by one.
-            PathHistory::None if !parameters.has(&SAMPLER) => cell.sampler = Sampler::Blue,
+            PathHistory::None if !parameters.has(&SAMPLER) => cell.settings.sampler = Sampler::Blue,
             _ => {}
         }
         let settings = settings(&common.view, &cell, 1)?.for_method(cell.method);
@@ -163,11 +165,9 @@ impl AnimationPlan {
     /// run may grow.
     pub fn identity(&self, shared: Identity) -> Identity {
         // Neither exposure nor what is in `shared` already.
-        let Settings { width, height, light_paths, max_bounces, radius_px, specular_roughness, .. } =
+        let Settings { width, height, light_paths, max_bounces, radius, specular_roughness, .. } =
             &self.settings;
         let Settings {
-            balances,
-            widens,
             pixel_filter,
             texture_filter,
             history,
@@ -188,11 +188,11 @@ impl AnimationPlan {
             ("width", width.to_string()),
             ("height", height.to_string()),
             ("tile_count", tiles.map_or("as needed".into(), |tiles| tiles.to_string())),
-            ("light_paths", light_paths.to_string()),
-            ("balances", balances.to_string()),
+            ("light_paths", light_paths.count(*width, *height).to_string()),
+            ("balances", (*light_paths == Paths::Auto).to_string()),
             ("max_bounces", max_bounces.to_string()),
-            ("radius_px", radius_px.to_string()),
-            ("widens", widens.to_string()),
+            ("radius_px", radius.px().to_string()),
+            ("widens", (*radius == Radius::Auto).to_string()),
             ("specular_roughness", specular_roughness.to_string()),
             ("pixel_filter", (*pixel_filter as u32).to_string()),
             ("texture_filter", texture_filter.map_or("", TextureFilter::name).into()),

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use caustics::output::exr;
 use caustics::scene::{CameraChoice, Recorded, Scene};
+use caustics::settings::Paths;
 use caustics::shell;
-use caustics_bench::cell::{Cell, Paths};
+use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{HISTORY, PARAMETERS, PATH_HISTORY, PATHS_PER_PIXEL, Parameter, RUNNER};
 use clap::CommandFactory;
 use clap::parser::ValueSource;
@@ -136,7 +137,7 @@ pub fn command(kept: &[String], request: &ViewRequest, cell: &Cell, shot: &Shot<
 
 /// The option of a parameter and its value; none where it is the usual one, or `render` does not have it.
 fn spelled(parameter: &'static Parameter, cell: &Cell) -> Option<(String, String)> {
-    let value = match (parameter, cell.paths) {
+    let value = match (parameter, cell.settings.light_paths) {
         (parameter, _) if [&HISTORY, &PATH_HISTORY].contains(&parameter) => return None,
         (parameter, _) if *parameter == RUNNER => cell.asked_runner.into(),
         (parameter, Paths::Count(count)) if *parameter == PATHS_PER_PIXEL => {

@@ -1,7 +1,7 @@
 //! What the renderer says of itself to the pages, in JSON.
 
 use caustics::scene::{CameraChoice, Scene, SceneCamera};
-use caustics_bench::cell::Paths;
+use caustics::settings::Paths;
 use caustics_bench::parameter::{PARAMETERS, PATHS_PER_PIXEL, RUNNER};
 use serde_json::{Value, json};
 
@@ -82,7 +82,7 @@ fn values(request: &ViewRequest, side: usize) -> Value {
     PARAMETERS
         .into_iter()
         .map(|parameter| {
-            let value = match cell.paths {
+            let value = match cell.settings.light_paths {
                 _ if *parameter == RUNNER => cell.asked_runner.into(),
                 Paths::PerPixel(paths) if *parameter == PATHS_PER_PIXEL => paths.to_string(),
                 _ => parameter.get(cell),

@@ -57,7 +57,7 @@ pub struct Usage(pub String);
 
 /// Renders glTF scenes with indirectly visible caustics.
 #[derive(Debug, Parser)]
-#[command(version, propagate_version = true)]
+#[command(name = "caustics", version, propagate_version = true)]
 #[command(before_help = "Examples:
   caustics render still-life -o image.exr --png image.png
   caustics render mirror-room -o room.exr --runner gpu --gather points-rt --json")]

@@ -7,6 +7,8 @@
 #![forbid(unsafe_code)]
 
 mod fingerprint;
+#[cfg(test)]
+mod fingerprint_tests;
 mod pointers;
 mod rewrite;
 mod set;

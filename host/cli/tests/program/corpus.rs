@@ -10,8 +10,11 @@ use caustics::fuzzing;
 use caustics::rendered_image::RenderedImage;
 use glam::Vec3;
 
+use crate::test_dir::declare_program;
+
 /// Runs a target over its corpus; files called `whole*` must be accepted, those called `broken*` refused.
 fn replay(name: &str, target: fn(&[u8]) -> bool) {
+    declare_program();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(name);
     let mut count = [0; 2];
     for entry in folder.read_dir().unwrap() {
@@ -101,6 +104,7 @@ fn every_target_of_fuzzing_has_a_corpus_that_is_replayed() {
 
 #[test]
 fn checkpoints_replay() {
+    declare_program();
     // A file of the program at hand: written here, beside those of the corpus.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");

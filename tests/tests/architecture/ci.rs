@@ -8,6 +8,7 @@ use std::sync::LazyLock;
 use proc_macro2::{TokenStream, TokenTree};
 
 use crate::layers::all_files;
+use crate::root;
 
 /// Ignored tests that no script runs: one compares two builds, by hand; the other is a process that the test beside it starts.
 const NOT_BY_SCRIPTS: [&str; 2] = ["images::every_picture_is_what_it_was", "caught::tests::child"];
@@ -33,10 +34,6 @@ const TARGETS: [(&str, &str); 18] = [
     ("light", "tests/tests/light/main.rs"),
     ("methods", "tests/tests/methods/main.rs"),
 ];
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
 
 /// A test as libtest knows it.
 #[derive(Clone, Debug, PartialEq)]

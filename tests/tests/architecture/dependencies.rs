@@ -7,6 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::layers::files;
+use crate::root;
 
 #[path = "../../../kernels/builder/src/fingerprint.rs"]
 #[allow(dead_code)]
@@ -71,10 +72,6 @@ const SEVERAL: [(&str, usize); 8] = [
 ];
 
 const REGISTRY: &str = "registry+https://github.com/rust-lang/crates.io-index";
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
 
 /// All packages of the lock file that this platform takes.
 fn packages() -> Vec<Value> {

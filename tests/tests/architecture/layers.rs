@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
+use crate::root;
+
 /// Layers of the kernels, innermost first; modules of one layer do not import each other.
 const KERNELS: &[&[&str]] = &[
     &["interface", "memory", "platform"],
@@ -409,14 +411,9 @@ fn sources(src: &Path) -> BTreeMap<Module, String> {
     files(src).into_iter().map(source).collect()
 }
 
-/// A path below the root of the repository.
-fn from_root(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
-}
-
 /// Returns the number of imports between modules.
 fn assert_layers(src: &str, own_name: &str, layers: &[&[&str]]) -> usize {
-    let imports = imports(&from_root(src), own_name);
+    let imports = imports(&root().join(src), own_name);
     let violations = violations(&imports, layers);
     assert!(violations.is_empty(), "{src}:\n{}", violations.join("\n"));
     imports.len()
@@ -439,7 +436,7 @@ fn the_host_keeps_its_layers() {
 fn no_modules_of_the_host_import_each_other_in_a_circle() {
     let mut count = 0;
     for host in &HOST_CRATES {
-        let mut sources = sources(&from_root(host.src));
+        let mut sources = sources(&root().join(host.src));
         sources.retain(|module, _| !["lib", "main"].contains(&module[0].as_str()));
         let graph = ImportGraph::from_sources(&sources, host.name);
         count += graph.known.values().map(BTreeSet::len).sum::<usize>();

@@ -12,3 +12,10 @@ mod ray_queries;
 mod reading;
 mod unused;
 mod words;
+
+use std::path::{Path, PathBuf};
+
+/// Root of the repository.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}

@@ -1,13 +1,10 @@
 //! Rust in the documents, and in examples of doc comments that are not compiled, is a quote of a file that is compiled.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::ci::documents;
 use crate::layers::all_files;
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
+use crate::root;
 
 /// A line of a block that stands for lines left out.
 const LEFT_OUT: &str = "// ...";

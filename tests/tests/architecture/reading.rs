@@ -1,8 +1,7 @@
 //! Files of others are read in one place, which refuses what may never end.
 
-use std::path::Path;
-
 use crate::layers::{HOST_CRATES, files};
+use crate::root;
 
 /// Calls that read whatever a path leads to.
 const CALLS: [&str; 4] = ["fs::read(", "fs::read_to_string(", "File::open(", "OpenOptions::new()"];
@@ -18,8 +17,7 @@ fn call(source: &str) -> Option<&'static str> {
 
 #[test]
 fn every_reader_of_the_host_goes_through_one_file() {
-    let sources =
-        HOST_CRATES.iter().map(|host| Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(host.src));
+    let sources = HOST_CRATES.iter().map(|host| root().join(host.src));
     let mut found = Vec::new();
     for (src, file) in sources.flat_map(|src| files(&src).into_iter().map(move |file| (src.clone(), file))) {
         let name = file.strip_prefix(src).unwrap().to_string_lossy().replace('\\', "/");

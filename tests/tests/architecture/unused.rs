@@ -8,13 +8,10 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use serde_json::Value;
 
 use crate::layers::all_files;
+use crate::root;
 
 /// Manifests of the repository: the workspace, and the packages outside of it.
 const MANIFESTS: [&str; 3] = ["Cargo.toml", "fuzz/Cargo.toml", "kernels/builder/Cargo.toml"];
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
 
 /// Packages of a manifest. Cargo resolves nothing for this: it needs neither a lock file nor a network.
 fn packages(manifest: &Path) -> Vec<Value> {

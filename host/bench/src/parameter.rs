@@ -2,8 +2,8 @@
 //!
 //! From a row come the option of `render`, `animate` and `bench` with its help, the key of a sweep's `[[matrix]]` and of a
 //! result, a column of CSV, its part in the product of cells and in their identity and names, and the words of a report. To
-//! add a parameter: a field of [`Cell`], what it sets in a session ([`Cell::settings`] or [`Cell::parts`]), and a row of
-//! [`PARAMETERS`].
+//! add a parameter: a field of [`Settings`](caustics::Settings) and a row of [`PARAMETERS`]. Where a decision is missing, whether
+//! another value gives another expected image, or whether cells differ in it, the code does not compile.
 
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::choice::{Caustics, Fireflies, LightSampler, PathHistory, Sampler};

@@ -1,4 +1,5 @@
-//! The nearest collection point of the frame before that is on the same surface, and how long the view of it lets light count.
+//! Temporal reprojection: the history sample of a collection point, which is the nearest collection point of the last frame on the
+//! same surface, and how long the view of it lets light count.
 
 use crate::history::reprojected::ReprojectedPoint;
 use crate::history::window::{Look, PreviousFrame, WIDE_HALF_WIDTH, for_each_around};

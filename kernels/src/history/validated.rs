@@ -1,4 +1,4 @@
-//! `reuse.validated`: reuses light of the previous frame's collection points for one of today's, from the nearest point,
+//! `reuse.validated`: temporal reuse of the last frame's collection points by reprojection (`nearest.rs`), from the nearest point,
 //! since means over neighbours blur more with every frame. It counts as many frames as it holds, less where validation paths
 //! saw the light change.
 

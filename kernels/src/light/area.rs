@@ -189,7 +189,8 @@ fn near(face: Face, position: Vec3) -> SphericalTriangle {
     seen
 }
 
-/// Density (1/sr) with which light sampling from a position finds a point of a triangle light at this squared distance (m^2).
+/// Density (1/sr) with which light sampling from a position finds a point of a triangle light at this squared distance (m^2), the
+/// choice of the light included (pbrt: `PDF_Li`).
 #[inline(always)]
 pub fn pdf_solid_angle(
     light: &Light,

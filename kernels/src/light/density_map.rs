@@ -1,6 +1,7 @@
-//! Piecewise-constant 2D distribution (pbrt: `PiecewiseConstant2D`) of how densely light paths start: a pyramid of sums over
+//! Piecewise-constant 2D distribution (pbrt: `PiecewiseConstant2D`) of the environment and of guided emission: a pyramid of sums over
 //! texels of the unit square, which a sample descends by turning uniform numbers into shares of the sums [McCool and Harwood
-//! 1997, Probability trees]. It allots rays as the quadtree of counts of [Yang and Ouyang 2021] does, but to random numbers instead of ray indices.
+//! 1997, Probability trees]. It allots rays as the quadtree of counts of [Yang and Ouyang 2021] does, but to random numbers
+//! instead of ray indices.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;

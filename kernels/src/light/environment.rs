@@ -71,7 +71,7 @@ fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, 
     upper.lerp(texel(column, below).lerp(texel(next, below), right_share), low_share)
 }
 
-/// Density (1/sr) with which light sampling finds a unit direction.
+/// Density (1/sr) with which light sampling finds a unit direction, the choice of the light included (pbrt: `PDF_Li`).
 #[inline(always)]
 pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -> f32 {
     let cdf = scene.environment_cdf;
@@ -80,7 +80,7 @@ pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -
     light.pdf_light_choice * density / EVERYWHERE
 }
 
-/// Samples its direction: the directional light that two uniform numbers make of it.
+/// Samples a direction by the environment's distribution (pbrt: `PiecewiseConstant2D::Sample`), and returns the directional light there.
 #[inline(always)]
 pub fn sample_environment(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
     let environment = scene.environment[0];

@@ -12,7 +12,7 @@ use crate::light::light_sampling::LightSample;
 use crate::math::{PI, warp};
 use spirv_std::glam::{Vec3, Vec4};
 
-/// A path in any direction.
+/// Samples the start of a light path in any direction (pbrt: `SampleLe`).
 #[inline(always)]
 pub fn sample_emission(
     light: &Light,

@@ -19,7 +19,8 @@ pub fn schlick(f0: Vec3, cos: f32) -> Vec3 {
     f0 + (Vec3::ONE - f0) * schlick_weight(cos)
 }
 
-/// Exact unpolarised reflectance; `eta` = index before / index behind, `cos` before. 1 for total reflection.
+/// Fresnel reflectance of a dielectric, unpolarised (pbrt: `FrDielectric`, whose `eta` is the reciprocal): `eta` = index before / index
+/// behind, `cos` before. 1 for total reflection.
 #[inline]
 pub fn dielectric_reflectance(cos: f32, eta: f32) -> f32 {
     let sin2_behind = eta * eta * (1.0 - cos * cos).max(0.0);

@@ -274,10 +274,7 @@ impl Session {
         variant: &'static Variant,
         features: Features,
     ) -> Result<Session, SessionError> {
-        if method.chooses_gather
-            && variant.hardware
-            && !matches!(choice, RunnerChoice::Gpu { hardware: true, .. })
-        {
+        if method.chooses_gather && variant.hardware && !choice.has_ray_queries() {
             return Err(SessionError::RayQueries { gather: variant.name });
         }
         let settings = settings.clone().for_method(method);

@@ -82,8 +82,6 @@ pub struct FrameStage {
     pub after_resolve: Steps,
     /// At the end of every frame.
     pub at_end: Steps,
-    /// Buffers that a dark frame fills with zeros.
-    pub cleared_in_the_dark: &'static [&'static str],
     /// Buffers in which something outlives its frame.
     pub keeps: &'static [&'static str],
     /// Whether it reads the parts of path-traced light (`Features::PARTS`).
@@ -106,7 +104,6 @@ impl FrameStage {
             after_gather: NO_STEPS,
             after_resolve: NO_STEPS,
             at_end: NO_STEPS,
-            cleared_in_the_dark: &[],
             keeps: &[],
             reads_parts: false,
             needs: &[],

@@ -40,9 +40,6 @@ pub fn frame_steps(
     if shoots {
         steps.extend(parts.steps(|stage| stage.before_light, params));
         steps.extend(prepare);
-    } else {
-        let cleared = parts.all_stages().flat_map(|stage| stage.cleared_in_the_dark);
-        steps.extend(cleared.map(|&buffer| Step::Clear { buffer }));
     }
     let after_pilot: Vec<Steps> = parts.all_stages().filter_map(|stage| stage.after_pilot).collect();
     let has_pilot = params.moved != 0 && !after_pilot.is_empty();

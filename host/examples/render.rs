@@ -9,7 +9,7 @@ use std::path::Path;
 use anyhow::Context;
 use caustics::accumulation::Accumulation;
 use caustics::output::{exr, target::Target};
-use caustics::{Paths, Scene, Session, Settings, scene};
+use caustics::{Paths, RenderConfig, Scene, Session, scene};
 
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1);
@@ -17,9 +17,13 @@ fn main() -> anyhow::Result<()> {
         anyhow::bail!("give a scene and the EXR file to write");
     };
     let scene = Scene::load(&scene::resolve(&name)?)?;
-    let settings =
-        Settings { width: 480, height: 270, light_paths: Paths::Count(1 << 17), ..Settings::default() };
-    let mut session = Session::builder(&scene).settings(settings).build()?;
+    let config = RenderConfig {
+        width: 480,
+        height: 270,
+        light_paths: Paths::Count(1 << 17),
+        ..RenderConfig::default()
+    };
+    let mut session = Session::builder(&scene).config(config).build()?;
 
     // The mean of independent frames, and the variance of that mean.
     let mut sums = Accumulation::default();

@@ -2,21 +2,21 @@
 
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::method::{self, Method};
+use caustics_kernels::method::Method;
 
+use crate::render_config::RenderConfig;
 use crate::session::{RunnerChoice, Session, SessionError};
-use crate::settings::Settings;
 use caustics_scene::Scene;
 
 /// Describes a [`Session`]: what is not said is as on the command line, on the CPU.
 ///
 /// ```no_run
 /// # fn main() -> anyhow::Result<()> {
-/// use caustics::{Paths, Scene, Session, Settings, method};
+/// use caustics::{Paths, RenderConfig, Scene, Session, method};
 ///
 /// let scene = Scene::load(std::path::Path::new("scenes/mirror-room/scene.gltf"))?;
-/// let settings = Settings { width: 480, height: 270, light_paths: Paths::Count(1 << 18), ..Settings::default() };
-/// let mut session = Session::builder(&scene).settings(settings).method(&method::PROGRESSIVE).build()?;
+/// let config = RenderConfig { width: 480, height: 270, light_paths: Paths::Count(1 << 18), ..RenderConfig::default() };
+/// let mut session = Session::builder(&scene).config(config).method(&method::PROGRESSIVE).build()?;
 /// session.frame(0)?;
 /// let image = session.image()?;
 /// assert_eq!(image.beauty().len(), 480 * 270);
@@ -29,8 +29,8 @@ pub struct SessionBuilder<'a> {
     scene: &'a Scene,
     camera: Option<String>,
     runner: RunnerChoice,
-    settings: Settings,
-    method: &'static Method,
+    config: RenderConfig,
+    method: Option<&'static Method>,
     gather: Option<&'static Variant>,
     features: Option<Features>,
 }
@@ -42,8 +42,8 @@ impl Session {
             scene,
             camera: None,
             runner: RunnerChoice::Cpu { threads: 0 },
-            settings: Settings::default(),
-            method: &method::BASIC,
+            config: RenderConfig::default(),
+            method: None,
             gather: None,
             features: None,
         }
@@ -61,14 +61,14 @@ impl SessionBuilder<'_> {
         Self { runner, ..self }
     }
 
-    /// Renders with these settings: size, light paths, history, denoiser and more.
-    pub fn settings(self, settings: Settings) -> Self {
-        Self { settings, ..self }
+    /// Renders with this configuration: size, method, light paths, history, denoiser and more.
+    pub fn config(self, config: RenderConfig) -> Self {
+        Self { config, ..self }
     }
 
-    /// Renders by this method instead of `basic`.
+    /// Renders by this method instead of the configuration's.
     pub fn method(self, method: &'static Method) -> Self {
-        Self { method, ..self }
+        Self { method: Some(method), ..self }
     }
 
     /// Brings photons and collection points together in this way instead of the runner's usual one; the image is the same.
@@ -90,8 +90,9 @@ impl SessionBuilder<'_> {
     /// does not have, or a frame does not fit into memory.
     pub fn build(self) -> Result<Session, SessionError> {
         let camera = self.scene.camera(self.camera.as_deref())?;
-        let gather = self.gather.unwrap_or_else(|| self.runner.default_gather());
-        let features = self.features.unwrap_or_else(|| self.scene.features(self.settings.specular_roughness));
-        Session::new(&self.runner, self.scene, camera, &self.settings, self.method, gather, features)
+        let method = self.method.unwrap_or(self.config.method);
+        let config = RenderConfig { method, gather: self.gather.or(self.config.gather), ..self.config };
+        let features = self.features.unwrap_or_else(|| config.features(self.scene));
+        Session::new(&self.runner, self.scene, camera, &config, features)
     }
 }

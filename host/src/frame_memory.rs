@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::settings::Settings;
+use crate::render_config::RenderConfig;
 use caustics_files::memory::{self, shown};
 use caustics_kernels::declare::BufferSpec;
 use caustics_kernels::history::auxiliary::AUXILIARY_LAYERS;
@@ -71,7 +71,7 @@ impl Need {
     }
 
     /// Refuses what is more than `available`; the message names the flag that lowers most of it.
-    fn check(self, available: u64, settings: &Settings) -> Result<(), FrameTooLarge> {
+    fn check(self, available: u64, config: &RenderConfig) -> Result<(), FrameTooLarge> {
         if self.sum() <= available {
             return Ok(());
         }
@@ -80,8 +80,8 @@ impl Need {
         } else {
             "--width and --height, or give more --tiles"
         };
-        let Settings { width, height, .. } = *settings;
-        let light_paths = settings.max_light_paths();
+        let RenderConfig { width, height, .. } = *config;
+        let light_paths = config.max_light_paths();
         Err(FrameTooLarge { need: self, available, width, height, light_paths, flag })
     }
 
@@ -90,15 +90,15 @@ impl Need {
     /// # Errors
     ///
     /// If it is too much; the error names the flag that lowers it most.
-    pub fn check_available(self, settings: &Settings) -> Result<(), FrameTooLarge> {
-        memory::available().map_or(Ok(()), |available| self.check(available, settings))
+    pub fn check_available(self, config: &RenderConfig) -> Result<(), FrameTooLarge> {
+        memory::available().map_or(Ok(()), |available| self.check(available, config))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::Paths;
+    use crate::render_config::Paths;
     use caustics_kernels::gather::variant::PHOTONS_GRID;
     use caustics_kernels::method::basic::BASIC;
 
@@ -132,17 +132,21 @@ mod tests {
 
     #[test]
     fn the_flag_that_lowers_most_is_named() {
-        let settings =
-            Settings { width: 8192, height: 4096, light_paths: Paths::Count(77), ..Settings::default() };
+        let config = RenderConfig {
+            width: 8192,
+            height: 4096,
+            light_paths: Paths::Count(77),
+            ..RenderConfig::default()
+        };
         let need = Need { pixels: 6 << 30, light_paths: 1 << 30, scene: 0 };
-        assert!(need.check(7 << 30, &settings).is_ok());
-        let message = need.check((7 << 30) - 1, &settings).unwrap_err().to_string();
+        assert!(need.check(7 << 30, &config).is_ok());
+        let message = need.check((7 << 30) - 1, &config).unwrap_err().to_string();
         for words in
             ["7.0 GiB", "--width 8192", "--height 4096", "--light-paths 77", "lower --width and --height"]
         {
             assert!(message.contains(words), "{message}");
         }
         let need = Need { pixels: 1, light_paths: 9, scene: 0 };
-        assert!(need.check(8, &settings).unwrap_err().to_string().ends_with("lower --light-paths"));
+        assert!(need.check(8, &config).unwrap_err().to_string().ends_with("lower --light-paths"));
     }
 }

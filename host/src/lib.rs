@@ -17,7 +17,7 @@
 //! |---|---|
 //! | load a scene, move it to a time | [`Scene`] |
 //! | give it what its file lacks: a camera, light, a floor | [`scene::Staging`], [`Scene::place_camera`], [`Scene::add_default_light`] |
-//! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`Settings`] |
+//! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`RenderConfig`] |
 //! | exchange the compiled kernels of a GPU while a program runs | [`kernels::Source`], [`kernels::Watch`] |
 //! | look at the layers of a frame | [`RenderedImage`] |
 //! | look into a pixel: its camera path, its photons, their light paths | [`Session::inspect`], [`inspect::Inspection`] |
@@ -43,9 +43,10 @@ pub mod inspect;
 pub mod kernels;
 pub mod machine;
 pub mod metric;
+pub mod named;
+pub mod render_config;
 pub mod runner;
 pub mod session;
-pub mod settings;
 pub mod shard;
 pub mod threads;
 pub mod trace_rate;
@@ -63,5 +64,5 @@ pub use caustics_files::{
 pub use caustics_kernels::{denoiser, gather, history, method};
 pub use caustics_scene as scene;
 pub use caustics_scene::{Scene, SceneCamera, SceneError};
+pub use render_config::{Paths, Radius, RenderConfig};
 pub use session::{RunnerChoice, Session, SessionError};
-pub use settings::{Paths, Radius, Settings};

@@ -22,10 +22,10 @@ use crate::counters::Counters;
 use crate::energy::EnergyLedger;
 use crate::frame_memory::{FrameTooLarge, Need};
 use crate::kernels::{self, KernelsError};
+use crate::render_config::{RenderConfig, with_light_paths};
 use crate::runner::cpu::CpuRunner;
 use crate::runner::gpu::GpuRunner;
 use crate::runner::{RunError, Runner, StepTime};
-use crate::settings::{Settings, with_light_paths};
 use crate::upload::Upload;
 use crate::vulkan::VulkanError;
 use crate::vulkan::passes::{DeviceOptions, Kernels};
@@ -181,15 +181,15 @@ pub enum SessionError {
 
 /// Opens a runner for as many tiles as somebody asked for, else for as few as the device binds buffers of; and how many.
 fn open_in_tiles(
-    settings: &Settings,
+    config: &RenderConfig,
     open: impl Fn(u32) -> Result<Box<dyn Runner>, SessionError>,
     buffers_of: impl Fn(u32) -> Vec<BufferSpec>,
 ) -> Result<(Box<dyn Runner>, u32), SessionError> {
-    let count = settings.tiles.unwrap_or(1);
+    let count = config.tiles.unwrap_or(1);
     let opened = open(count);
     if let Err(SessionError::Run(RunError::Vulkan(VulkanError::BufferTooLarge { limit, .. }))) = &opened
-        && settings.tiles.is_none()
-        && let Some(more) = tiles::within(*limit, settings.height, buffers_of)
+        && config.tiles.is_none()
+        && let Some(more) = tiles::within(*limit, config.height, buffers_of)
     {
         return Ok((open(more)?, more));
     }
@@ -230,9 +230,8 @@ pub fn open(
 /// frames learn from those before them, with [`Session::state`] of the one before.
 pub struct Session {
     runner: Box<dyn Runner>,
-    method: &'static Method,
     parts: Parts,
-    settings: Settings,
+    config: RenderConfig,
     params: FrameParams,
     /// Flux of the lights (W).
     flux: Vec3,
@@ -269,46 +268,45 @@ impl Session {
         choice: &RunnerChoice,
         scene: &Scene,
         camera: &SceneCamera,
-        settings: &Settings,
-        method: &'static Method,
-        variant: &'static Variant,
+        config: &RenderConfig,
         features: Features,
     ) -> Result<Session, SessionError> {
-        if method.chooses_gather && variant.hardware && !choice.has_ray_queries() {
-            return Err(SessionError::RayQueries { gather: variant.name });
+        let gather = config.gather.unwrap_or_else(|| choice.default_gather());
+        let config = RenderConfig { gather: Some(gather), ..config.clone() }.with_defaults_of_method();
+        let method = config.method;
+        if method.chooses_gather && gather.hardware && !choice.has_ray_queries() {
+            return Err(SessionError::RayQueries { gather: gather.name });
         }
-        let settings = settings.clone().for_method(method);
-        if !method.takes_emission(settings.emission) {
-            return Err(SessionError::Emission { method: method.name, emission: settings.emission.name });
+        if !method.takes_emission(config.emission) {
+            return Err(SessionError::Emission { method: method.name, emission: config.emission.name });
         }
-        let parts = settings.parts(method, variant);
-        let largest = settings.largest(scene, camera);
+        let parts = config.parts();
+        let largest = config.largest(scene, camera);
         let tiled = |count: u32| Tiles::new(largest.window, count);
         let buffers_of = |count: u32| frame_buffers(method, parts, &tiled(count).params(0, largest));
         let scene_bytes = scene.buffers().iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let on_gpu = matches!(choice, RunnerChoice::Gpu { .. });
         let check = |count: u32| {
             let tile = tiled(count).params(0, largest);
-            Need::for_frame(method, parts, tile, scene_bytes, on_gpu).check_available(&settings)
+            Need::for_frame(method, parts, tile, scene_bytes, on_gpu).check_available(&config)
         };
         let has_history = parts.history.settings.is_some() || parts.stages.has(&PATH_HISTORY);
         let of_history = if has_history { Features::HISTORY } else { Features(0) };
         let of_parts = if parts.reads_parts() { Features::PARTS } else { Features(0) };
         let features = features | of_history | of_parts;
-        check(settings.tiles.unwrap_or(1))?;
+        check(config.tiles.unwrap_or(1))?;
         let open = |count: u32| open(choice, scene, features, &buffers_of(count));
-        let (runner, count) = open_in_tiles(&settings, open, buffers_of)?;
+        let (runner, count) = open_in_tiles(&config, open, buffers_of)?;
         let (tiles, buffers) = (tiled(count), buffers_of(count));
         let is_kept = |name| method.kept(parts).any(|kept| kept == name);
         let kept = buffers.iter().filter(|spec| is_kept(spec.name)).copied().collect();
-        let params = settings.params(scene, camera, 0);
+        let params = config.params(scene, camera, 0);
         let previous_camera = params.camera;
         let upload = Upload::new(scene);
         let mut session = Session {
             runner,
-            method,
             parts,
-            settings,
+            config,
             params,
             flux: scene.flux,
             origin: scene.origin,
@@ -367,7 +365,7 @@ impl Session {
     /// changed. Call it before each frame of an animation, since a history needs to know how things moved.
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
         self.flux = scene.flux;
-        let params = self.settings.params(scene, camera, 0);
+        let params = self.config.params(scene, camera, 0);
         self.params = self.tiles.params(self.tiles.current.unwrap_or(0), params);
         self.moved |= self.params.camera != self.previous_camera;
         if self.upload.run(&mut *self.runner, scene)? {
@@ -445,7 +443,7 @@ impl Session {
         self.previous_camera = self.params.camera;
         self.previous_frame = None;
         self.moved = true;
-        self.light_paths = self.settings.first_light_paths(self.params.pixel_count());
+        self.light_paths = self.config.first_light_paths(self.params.pixel_count());
         Ok(())
     }
 
@@ -471,10 +469,10 @@ impl Session {
         let params = FrameParams {
             previous_camera: self.previous_camera,
             moved: u32::from(self.moved),
-            sequence: self.settings.sequence(frame),
+            sequence: self.config.sequence(frame),
             ..self.params
         };
-        (self.method.frame)(params, frame)
+        (self.config.method.frame)(params, frame)
     }
 
     /// Renders frame `index` and returns the time of each of its steps. What it made is read by [`Session::image`].
@@ -525,7 +523,7 @@ impl Session {
 
     /// Runs the steps of a frame, and keeps what its light paths are traced again by.
     fn run(&mut self, params: FrameParams) -> Result<Vec<StepTime>, SessionError> {
-        let steps = self.method.frame_steps(self.parts, &params);
+        let steps = self.config.method.frame_steps(self.parts, &params);
         let shoot = self.parts.emission.shoot;
         self.last = None;
         let mut last = Last { params, ..Last::default() };
@@ -563,7 +561,7 @@ impl Session {
 
     /// What its frames are made of.
     pub(crate) fn made_of(&self) -> (&'static Method, Parts, Features) {
-        (self.method, self.parts, self.features)
+        (self.config.method, self.parts, self.features)
     }
 
     /// If something moved, looks at the scene of today as the frame before would see it.
@@ -571,10 +569,10 @@ impl Session {
         let Some(frame) = self.previous_frame.filter(|_| self.moved) else { return Ok(Vec::new()) };
         let params = FrameParams {
             camera: self.previous_camera,
-            sequence: self.settings.sequence(frame),
+            sequence: self.config.sequence(frame),
             ..self.params
         };
-        let params = (self.method.frame)(params, frame);
+        let params = (self.config.method.frame)(params, frame);
         let steps = look_back(self.parts, &params);
         if steps.is_empty() {
             return Ok(Vec::new());
@@ -584,12 +582,12 @@ impl Session {
 
     /// Takes the number of light paths that frames so far say is best for the next.
     fn take_light_paths(&mut self) -> Result<(), SessionError> {
-        self.light_paths = self.settings.first_light_paths(self.params.pixel_count());
+        self.light_paths = self.config.first_light_paths(self.params.pixel_count());
         // Where no frame can shoot, nothing is balanced.
         if self.kept.iter().any(|spec| spec.name == "balance") {
             let balance: Vec<Balance> = self.read("balance")?;
             if let Some(&Balance { light_paths: found @ 1.., .. }) = balance.first() {
-                self.light_paths = found.min(self.settings.max_light_paths());
+                self.light_paths = found.min(self.config.max_light_paths());
             }
         }
         Ok(())
@@ -609,7 +607,7 @@ impl Session {
             let records: Vec<AuxiliaryRecord> = self.read_first("auxiliary", pixels)?;
             auxiliary = Auxiliary::new(&records, self.origin);
         }
-        if !self.method.gathers {
+        if !self.config.method.gathers {
             return Ok(RenderedImage { width, height, path, auxiliary, ..RenderedImage::default() });
         }
         let caustics = self.read_first("caustic_radiance", pixels)?;
@@ -675,7 +673,7 @@ impl Session {
 
     /// Sets the exposure of [`Session::display`] (stops).
     pub fn expose(&mut self, stops: f32) {
-        self.settings.exposure = stops;
+        self.config.exposure = stops;
         self.params.exposure = stops.exp2();
     }
 

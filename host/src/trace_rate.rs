@@ -10,8 +10,8 @@ use caustics_kernels::math::{max_abs, warp};
 use caustics_kernels::pass::collect::{COLLECT, pixel_order};
 use caustics_kernels::pass::step::STEP_HIT;
 
+use crate::render_config::RenderConfig;
 use crate::session::{RunnerChoice, SessionError, open};
-use crate::settings::Settings;
 use caustics_kernels::declare::{Step, buffers};
 use caustics_scene::{Scene, SceneCamera};
 
@@ -28,8 +28,8 @@ pub fn closest_hits_per_second(
     features: Features,
 ) -> Result<f64, SessionError> {
     const SIDE: u32 = 512;
-    let settings = Settings { width: SIDE, height: SIDE, ..Settings::default() };
-    let params = FrameParams { light_path_batch: SIDE * SIDE, ..settings.params(scene, camera, 0) };
+    let config = RenderConfig { width: SIDE, height: SIDE, ..RenderConfig::default() };
+    let params = FrameParams { light_path_batch: SIDE * SIDE, ..config.params(scene, camera, 0) };
     let pixels = params.pixel_count() as usize;
     let (collect, hit) = (Step::new(&COLLECT, &params), Step::new(&STEP_HIT, &params));
     let mut runner = open(choice, scene, features, &buffers(&[collect, hit], &params))?;

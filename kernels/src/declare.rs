@@ -8,7 +8,7 @@ pub use caustics_kernel_macros::pass;
 #[cfg(not(target_arch = "spirv"))]
 pub use described::{Access, Bound, OnCpu, Pass, Work};
 #[cfg(not(target_arch = "spirv"))]
-pub(crate) use kinds::named;
+pub(crate) use kinds::equal_by_name;
 #[cfg(not(target_arch = "spirv"))]
 pub use kinds::{Denoiser, Emission, FrameStage, History, Starts, Steps};
 #[cfg(not(target_arch = "spirv"))]
@@ -25,7 +25,7 @@ mod on_cpu;
 #[cfg(not(target_arch = "spirv"))]
 mod step;
 
-/// Declares the files of a kind of variant, a line each with its constants, and lists them as `ALL`, to be found by name.
+/// Declares the files of a kind of variant, a line each with its constants, and lists them as `ALL`, to be found by name ([`Named`](crate::interface::named::Named)).
 macro_rules! variants {
     ($kind:ident { $($file:ident: $($constant:ident)+;)* }) => {
         $(pub mod $file;)*
@@ -39,11 +39,8 @@ macro_rules! variants {
         #[cfg(not(target_arch = "spirv"))]
         pub const ALL: &[&$kind] = &[$($(&$constant,)+)*];
 
-        /// The variant of this name.
         #[cfg(not(target_arch = "spirv"))]
-        pub fn find(name: &str) -> Option<&'static $kind> {
-            ALL.iter().find(|variant| variant.name == name).copied()
-        }
+        $crate::interface::named::listed!($kind in ALL.to_vec());
     };
 }
 pub(crate) use variants;

@@ -17,6 +17,8 @@ pub mod instance;
 pub mod ledger;
 pub mod light;
 pub mod material;
+#[cfg(not(target_arch = "spirv"))]
+pub mod named;
 pub mod packed;
 pub mod point;
 pub mod ray;

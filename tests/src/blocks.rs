@@ -1,8 +1,8 @@
 //! Block means of images, frame by frame, and a test whether two configurations have the same mean in every block.
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::method::Method;
@@ -27,15 +27,21 @@ impl Blocks {
     pub fn render(
         choice: &RunnerChoice,
         scene: &Scene,
-        settings: &Settings,
+        config: &RenderConfig,
         method: &'static Method,
         variant: &'static Variant,
         frames: u32,
     ) -> Blocks {
-        let features = scene.features(settings.specular_roughness);
+        let features = scene.features(config.specular_roughness);
         let camera = &scene.cameras[0];
-        let mut session = Session::new(choice, scene, camera, settings, method, variant, features)
-            .expect("a session opens");
+        let mut session = Session::new(
+            choice,
+            scene,
+            camera,
+            &RenderConfig { method, gather: Some(variant), ..config.clone() },
+            features,
+        )
+        .expect("a session opens");
         let (mut rows, mut all, mut caustic) = (Vec::new(), 0.0, 0.0);
         for frame in 0..frames {
             session.frame(frame).expect("a frame runs");

@@ -5,17 +5,18 @@ use std::sync::atomic::AtomicBool;
 
 use bytemuck::cast_slice;
 use caustics::counters::Counters;
+use caustics::render_config::RenderConfig;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
 use caustics_kernels::declare::Step;
 use caustics_kernels::declare::{Buffers, Call, buffers};
-use caustics_kernels::gather::variant::{self, Variant};
+use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::counters::COUNTER_COUNT;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::named::Named;
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::scene::SceneTables;
@@ -23,7 +24,6 @@ use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::rng::Rng;
 use caustics_kernels::math::trig::sin_cos_turns;
-use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::frame as gathers;
 use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::resolve::resolve;
@@ -157,10 +157,10 @@ pub struct World<'a> {
 
 impl<'a> World<'a> {
     /// Through the scene's first camera. Light paths are shot whatever the scene's lights are.
-    pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
-        let features = scene.features(settings.specular_roughness) | Features::HISTORY | Features::PARTS;
-        let mut params = settings.params(scene, &scene.cameras[0], 0);
-        params.light_path_count = settings.max_light_paths();
+    pub fn new(scene: &'a Scene, config: &RenderConfig) -> Self {
+        let features = scene.features(config.specular_roughness) | Features::HISTORY | Features::PARTS;
+        let mut params = config.params(scene, &scene.cameras[0], 0);
+        params.light_path_count = config.max_light_paths();
         World { scene, features, params }
     }
 
@@ -296,17 +296,23 @@ pub fn resolved(
 /// Renders `frames` frames through the first camera on the CPU, as the command line does.
 pub fn render(
     scene: &Scene,
-    settings: &Settings,
+    config: &RenderConfig,
     gather: &str,
     features: Option<Features>,
     threads: usize,
     frames: u32,
 ) -> Vec<(RenderedImage, Counters)> {
-    let variant = variant::find(gather).expect("a known gather");
+    let variant = <&Variant>::find(gather).expect("a known gather");
     let choice = RunnerChoice::Cpu { threads };
-    let features = features.unwrap_or_else(|| scene.features(settings.specular_roughness));
-    let mut session = Session::new(&choice, scene, &scene.cameras[0], settings, &BASIC, variant, features)
-        .expect("a session on the CPU opens");
+    let features = features.unwrap_or_else(|| scene.features(config.specular_roughness));
+    let mut session = Session::new(
+        &choice,
+        scene,
+        &scene.cameras[0],
+        &RenderConfig { gather: Some(variant), ..config.clone() },
+        features,
+    )
+    .expect("a session on the CPU opens");
     (0..frames)
         .map(|frame| {
             session.frame(frame).expect("a frame runs");

@@ -1,12 +1,10 @@
 //! Small scenes whose light fades, grows or shrinks, and how much of their light a history shows.
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::{CameraEdit, Edits, Keyframe, LoadOptions, NodeEdit, Scene, SceneCamera};
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::{History, NONE};
 use caustics_kernels::interface::choice::PathHistory;
-use caustics_kernels::method::basic::BASIC;
 use serde_json::{Value, json};
 
 use crate::frames::sums;
@@ -140,13 +138,13 @@ impl Fading {
 
     /// Caustics and path-traced light summed over the frames of the fade, with histories over without, from seed to seed. All
     /// have the same paths.
-    pub fn kept(&self, history: &'static History, settings: &Settings, seeds: u32) -> [Mean; 2] {
+    pub fn kept(&self, history: &'static History, config: &RenderConfig, seeds: u32) -> [Mean; 2] {
         let start = self.scene();
         let mut ratios = [Vec::new(), Vec::new()];
         for seed in 0..seeds {
-            let none = Settings { history: &NONE, seed, ..settings.clone() };
-            let kept = Settings { history, path_history: PathHistory::Validated, ..none.clone() };
-            let [none, kept] = [none, kept].map(|settings| self.energies(&start, &settings));
+            let none = RenderConfig { history: &NONE, seed, ..config.clone() };
+            let kept = RenderConfig { history, path_history: PathHistory::Validated, ..none.clone() };
+            let [none, kept] = [none, kept].map(|config| self.energies(&start, &config));
             for (ratios, (kept, none)) in ratios.iter_mut().zip(kept.into_iter().zip(none)) {
                 ratios.push(kept / none);
             }
@@ -154,12 +152,11 @@ impl Fading {
         ratios.map(|ratios| Mean::from_samples(&ratios))
     }
 
-    fn energies(&self, start: &Scene, settings: &Settings) -> [f64; 2] {
+    fn energies(&self, start: &Scene, config: &RenderConfig) -> [f64; 2] {
         let mut scene = start.clone();
-        let features = scene.features(settings.specular_roughness);
+        let features = scene.features(config.specular_roughness);
         let (choice, camera) = (RunnerChoice::Cpu { threads: 0 }, last_camera(&scene));
-        let mut session = Session::new(&choice, &scene, &camera, settings, &BASIC, &PHOTONS_GRID, features)
-            .expect("a session opens");
+        let mut session = Session::new(&choice, &scene, &camera, config, features).expect("a session opens");
         let mut energies = [0.0; 2];
         for frame in 0..FRAMES {
             self.pose(&mut scene, frame);

@@ -1,12 +1,11 @@
 //! Frames of a view one after the other, as an animation renders them.
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::History;
 use caustics_kernels::interface::history::HistoryPoint;
-use caustics_kernels::method::basic::BASIC;
 use glam::Vec3;
 
 /// Frames of OurBasic with a history.
@@ -19,22 +18,21 @@ pub struct Frames {
 
 impl Frames {
     /// Opens the CPU for the first camera of a scene.
-    pub fn new(scene: &Scene, settings: &Settings, history: &'static History) -> Frames {
-        Frames::open(&RunnerChoice::Cpu { threads: 0 }, scene, settings, history)
+    pub fn new(scene: &Scene, config: &RenderConfig, history: &'static History) -> Frames {
+        Frames::open(&RunnerChoice::Cpu { threads: 0 }, scene, config, history)
     }
 
     /// Opens a runner for the first camera of a scene.
     pub fn open(
         choice: &RunnerChoice,
         scene: &Scene,
-        settings: &Settings,
+        config: &RenderConfig,
         history: &'static History,
     ) -> Frames {
-        let settings = Settings { history, ..settings.clone() };
-        let features = scene.features(settings.specular_roughness);
+        let config = RenderConfig { history, gather: Some(&PHOTONS_GRID), ..config.clone() };
+        let features = scene.features(config.specular_roughness);
         let camera = &scene.cameras[0];
-        let session = Session::new(choice, scene, camera, &settings, &BASIC, &PHOTONS_GRID, features)
-            .expect("a session opens");
+        let session = Session::new(choice, scene, camera, &config, features).expect("a session opens");
         Frames { session, next: 0 }
     }
 

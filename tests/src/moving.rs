@@ -2,8 +2,8 @@
 
 use std::fs;
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
-use caustics::settings::Settings;
 use caustics_kernels::history::{History, NONE};
 use serde_json::{Value, json};
 
@@ -172,17 +172,17 @@ fn carry(document: &mut Value, node: usize) {
 pub fn kept<const N: usize>(
     moving: Moving,
     histories: [&'static History; N],
-    settings: &Settings,
+    config: &RenderConfig,
     frames: u32,
     seeds: u32,
 ) -> [Mean; N] {
     let mut scene = moving.scene();
     let mut ratios = [const { Vec::new() }; N];
     for seed in 0..seeds {
-        let settings = Settings { seed, ..settings.clone() };
+        let config = RenderConfig { seed, ..config.clone() };
         let mut energy = |history| {
             scene.pose(0.0).expect("a pose");
-            let mut all = Frames::new(&scene, &settings, history);
+            let mut all = Frames::new(&scene, &config, history);
             let frame = |frame| {
                 scene.pose(f64::from(frame) / 24.0).expect("a pose");
                 sums(&all.pose(&scene, &scene.cameras[0].clone())).iter().sum::<f64>()

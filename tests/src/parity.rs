@@ -1,10 +1,10 @@
 //! CPU/GPU parity: a CPU runner and a GPU runner over the same tables and buffers.
 
 use bytemuck::{Pod, cast_slice};
+use caustics::render_config::RenderConfig;
 use caustics::runner::Runner;
 use caustics::scene::{self, Scene};
 use caustics::session::{self, RunnerChoice};
-use caustics::settings::Settings;
 use caustics_kernels::declare::Pass;
 use caustics_kernels::declare::{BufferSpec, Step, buffers};
 use caustics_kernels::gather::variant;
@@ -29,8 +29,8 @@ pub fn load(name: &str) -> Scene {
 }
 
 /// Features that any of these scenes needs, and the parts of light that parity tests compare.
-pub fn needs<'a>(scenes: impl IntoIterator<Item = &'a Scene>, settings: &Settings) -> Features {
-    let each = scenes.into_iter().map(|scene| scene.features(settings.specular_roughness));
+pub fn needs<'a>(scenes: impl IntoIterator<Item = &'a Scene>, config: &RenderConfig) -> Features {
+    let each = scenes.into_iter().map(|scene| scene.features(config.specular_roughness));
     each.fold(Features::PARTS, |all, needs| all | needs)
 }
 
@@ -49,8 +49,8 @@ pub struct RunnerPair {
 
 impl RunnerPair {
     /// Opens both for a view of a scene, with the buffers of every variant and of the single steps.
-    pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, settings: &Settings) -> RunnerPair {
-        RunnerPair::with(gpu, hardware, scene, settings, Features::default())
+    pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, config: &RenderConfig) -> RunnerPair {
+        RunnerPair::with(gpu, hardware, scene, config, Features::default())
     }
 
     /// The same by kernels that can do what other scenes need too: a software driver compiles those of a scene for ten seconds and
@@ -59,13 +59,13 @@ impl RunnerPair {
         gpu: &Gpu,
         hardware: bool,
         scene: &Scene,
-        settings: &Settings,
+        config: &RenderConfig,
         others: Features,
     ) -> RunnerPair {
-        let features = needs([scene], settings) | others;
-        let params = settings.params(scene, &scene.cameras[0], 0);
+        let features = needs([scene], config) | others;
+        let params = config.params(scene, &scene.cameras[0], 0);
         // Some emissions aim at them.
-        let params = FrameParams { casters: scene.casters(settings.specular_roughness), ..params };
+        let params = FrameParams { casters: scene.casters(config.specular_roughness), ..params };
         let frame = frame_buffers(&params);
         let steps = STEP_PASSES.map(|pass| Step::new(pass, &FrameParams::default()));
         let of_steps = buffers(&steps, &FrameParams { light_path_batch: STEPS as u32, ..params });

@@ -247,14 +247,18 @@ fn first_difference(still: &[Answer], trembling: &[Answer]) -> String {
 mod tests {
     use super::*;
     use crate::lobes;
-    use caustics::settings::{Paths, Settings};
+    use caustics::render_config::{Paths, RenderConfig};
 
     #[test]
     fn a_path_that_does_not_tremble_repeats_itself_and_some_that_do_diverge() {
         let scene = lobes::scene();
-        let settings =
-            Settings { width: 64, height: 36, light_paths: Paths::Count(1024), ..Settings::default() };
-        let params = settings.params(&scene, &scene.cameras[0], 0);
+        let config = RenderConfig {
+            width: 64,
+            height: 36,
+            light_paths: Paths::Count(1024),
+            ..RenderConfig::default()
+        };
+        let params = config.params(&scene, &scene.cameras[0], 0);
         let paths =
             LightPathContext { scene: &scene, params: &params, features: Features::ALL, emission: &POWER };
         assert_eq!(paths.camera(1000, 0), paths.camera(1000, 0));

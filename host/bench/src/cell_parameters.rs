@@ -4,12 +4,12 @@ use caustics_kernels::emission;
 use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::Method;
 
-use super::cell::{Cell, FeatureChoice};
+use super::cell::Cell;
 use super::parameter::{HISTORY, METHOD, PARAMETERS, PATHS_PER_PIXEL, VisualEncoding};
 use super::result::CellConfig;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::RunnerChoice;
-use caustics::settings::{Paths, Settings};
 
 impl Cell {
     /// A method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
@@ -17,17 +17,16 @@ impl Cell {
         let runner = RunnerChoice::Cpu { threads: 0 };
         let cell = Cell {
             name: String::new(),
-            method,
-            gather: Some(runner.default_gather()),
-            settings: Settings {
+            config: RenderConfig {
+                method,
+                gather: Some(runner.default_gather()),
                 emission: &emission::GUIDED,
                 sampler: Sampler::Sobol,
                 light_paths: Paths::PerPixel(1.0),
-                ..Settings::default()
+                ..RenderConfig::default()
             },
             runner,
             asked_runner: "cpu",
-            features: FeatureChoice::Scene,
         };
         let cell = cell.effective();
         Cell { name: cell.short_name(), ..cell }
@@ -64,23 +63,23 @@ impl Cell {
     }
 
     /// What a result says of it; paths a pixel are those of a frame of this size.
-    pub fn config(&self, scene: &Scene, camera: &str, settings: &Settings) -> CellConfig {
-        let Settings { width, height, texture_filter, .. } = *settings;
-        let paths = match self.settings.light_paths {
+    pub fn values(&self, scene: &Scene, camera: &str, image: &RenderConfig) -> CellConfig {
+        let RenderConfig { width, height, texture_filter, .. } = *image;
+        let paths = match self.config.light_paths {
             Paths::PerPixel(paths) => paths.to_string(),
-            Paths::Auto => self.settings.light_paths.to_string(),
+            Paths::Auto => self.config.light_paths.to_string(),
             _ => {
                 let pixels = f64::from(width) * f64::from(height);
-                (f64::from(self.settings.light_paths.count(width, height)) / pixels).to_string()
+                (f64::from(self.config.light_paths.count(width, height)) / pixels).to_string()
             }
         };
-        let mut config = CellConfig::new(&scene.name, camera);
+        let mut values = CellConfig::new(&scene.name, camera);
         for parameter in PARAMETERS {
-            config.set(parameter, &parameter.get(self));
+            values.set(parameter, &parameter.get(self));
         }
-        config.set(&PATHS_PER_PIXEL, &paths);
-        config.texture_filter = texture_filter.unwrap_or(self.method.texture_filter).name().into();
-        config
+        values.set(&PATHS_PER_PIXEL, &paths);
+        values.texture_filter = texture_filter.unwrap_or(self.config.method.texture_filter).name().into();
+        values
     }
 }
 
@@ -113,7 +112,7 @@ pub fn name_all(cells: &mut [Cell]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use caustics::settings::Radius;
+    use caustics::render_config::Radius;
     use caustics_kernels::gather::variant;
     use caustics_kernels::method::basic::BASIC;
     use caustics_kernels::method::path::PATH;
@@ -122,12 +121,12 @@ mod tests {
     #[test]
     fn what_a_method_does_not_look_at_makes_no_other_cell() {
         let fancy = |method| {
-            let cell = Cell { gather: variant::find("brute"), ..Cell::new(method) };
-            cell.with(|settings| {
-                settings.history = history::ALL[1];
-                settings.denoiser = denoiser::ALL[1];
-                settings.light_paths = Paths::Count(7);
-                settings.radius = Radius::Px(3.0);
+            Cell::new(method).with(|config| {
+                config.gather = Some(&variant::BRUTE);
+                config.history = history::ALL[1];
+                config.denoiser = denoiser::ALL[1];
+                config.light_paths = Paths::Count(7);
+                config.radius = Radius::Px(3.0);
             })
         };
         assert_eq!(fancy(&PATH).effective().key(), Cell::new(&PATH).key());
@@ -135,13 +134,25 @@ mod tests {
         assert_ne!(fancy(&BASIC).key(), Cell::new(&BASIC).key());
     }
 
+    /// Results that were kept before are known by this text.
+    #[test]
+    fn the_text_of_all_that_a_cell_is_is_as_it_was() {
+        let cell = Cell::new(&BASIC).with(|config| config.light_paths = Paths::PerPixel(0.5));
+        let text = "method basic gather photons-grid caustics first emission guided light_sampler resampled sampler sobol \
+                    history none path_history none fireflies kept denoiser none runner cpu features scene \
+                    paths_per_pixel p0.5 radius_px 1 max_bounces 5 on Cpu { threads: 0 }";
+        assert_eq!(cell.key(), text);
+    }
+
     #[test]
     fn names_say_what_differs() {
         let mut cells = [
             Cell::new(&BASIC),
-            Cell { gather: variant::find("brute"), ..Cell::new(&BASIC) }
-                .with(|settings| settings.light_paths = Paths::PerPixel(0.5)),
-            Cell::new(&BASIC).with(|settings| settings.denoiser = &denoiser::ATROUS),
+            Cell::new(&BASIC).with(|config| {
+                config.gather = Some(&variant::BRUTE);
+                config.light_paths = Paths::PerPixel(0.5);
+            }),
+            Cell::new(&BASIC).with(|config| config.denoiser = &denoiser::ATROUS),
             Cell::new(&PATH),
         ];
         name_all(&mut cells);

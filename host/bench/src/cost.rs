@@ -52,8 +52,7 @@ pub fn costs(
     records: &[&FrameRecord],
     hits_per_s: f64,
 ) -> Option<BTreeMap<String, Cost>> {
-    let without_history =
-        memory(plan, &cell.clone().with(|settings| settings.history = &history::NONE), scene)?;
+    let without_history = memory(plan, &cell.clone().with(|config| config.history = &history::NONE), scene)?;
     let memory = memory(plan, cell, scene)?;
     let frames = records.len() as f64;
     let count = |name: &str| records.iter().filter_map(|record| record.get(name)).sum::<f64>() / frames;
@@ -62,7 +61,7 @@ pub fn costs(
             records.iter().flat_map(|record| record.passes()).filter(|(pass, _)| work(pass) == Some(kind));
         passes.map(|(_, ms)| ms).sum::<f64>() / frames
     };
-    let pixels = f64::from(plan.settings.width) * f64::from(plan.settings.height);
+    let pixels = f64::from(plan.config.width) * f64::from(plan.config.height);
     let color = size_of::<Vec3>();
     let point = size_of::<PointGeometry>() + size_of::<PointShading>();
     let resolve = point + caustics_kernels::gather::accumulator::WORDS as usize * 4 + color;

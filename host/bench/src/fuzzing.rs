@@ -6,11 +6,11 @@ use crate::parameter::PATHS_PER_PIXEL;
 use crate::report::{self, Request};
 use crate::result::{CellError, CellResult, CellTime, Quartiles};
 use crate::store;
-use crate::sweep::config::Config;
+use crate::sweep::config::SweepConfig;
 
 /// The TOML of a sweep.
 pub fn sweep(bytes: &[u8]) -> bool {
-    std::str::from_utf8(bytes).is_ok_and(|text| Config::parse(text).is_ok())
+    std::str::from_utf8(bytes).is_ok_and(|text| SweepConfig::parse(text).is_ok())
 }
 
 /// The JSON of a cell's result, and a report of it.

@@ -1,6 +1,6 @@
 //! Limits of a frame: sides and area of its image, and rays that the kernels count.
 
-use super::cell::Cell;
+use caustics::render_config::RenderConfig;
 
 /// Largest side (px), and largest area, that a frame may have.
 const MAX_SIDE: u32 = 16_384;
@@ -27,9 +27,8 @@ pub fn check_size(width: u32, height: u32) -> Result<(), String> {
 /// # Errors
 ///
 /// If there are more than the kernels count in 32 bits; the message names the options.
-pub fn check_rays(cell: &Cell, width: u32, height: u32) -> Result<(), String> {
-    let (light_paths, max_bounces) =
-        (cell.settings.light_paths.count(width, height), cell.settings.max_bounces);
+pub fn check_rays(config: &RenderConfig, width: u32, height: u32) -> Result<(), String> {
+    let (light_paths, max_bounces) = (config.light_paths.count(width, height), config.max_bounces);
     let rays = |paths: u32| u64::from(paths) * u64::from(max_bounces + 1);
     if rays(width * height) > u64::from(u32::MAX) || rays(light_paths) > u64::from(u32::MAX) {
         return Err(format!(

@@ -77,9 +77,9 @@ impl Matrix {
         let mut all = Cells::default();
         for cell in cells {
             let runner = runner(cell.asked_runner)?;
-            let gather = cell.gather.unwrap_or_else(|| runner.default_gather());
-            let cell = Cell { gather: Some(gather), runner, ..cell }.effective();
-            if let Some(gather) = cell.gather.filter(|gather| gather.hardware)
+            let gather = cell.config.gather.unwrap_or_else(|| runner.default_gather());
+            let cell = Cell { runner, ..cell }.with(|config| config.gather = Some(gather)).effective();
+            if let Some(gather) = cell.config.gather.filter(|gather| gather.hardware)
                 && !cell.runner.has_ray_queries()
             {
                 let (gather, runner) = (gather.name, runner_name(&cell.runner));
@@ -154,7 +154,7 @@ mod tests {
         let hardware: Vec<_> =
             variant::ALL.iter().filter(|gather| gather.hardware).map(|gather| gather.name).collect();
         let Cells { cells: left, skipped } = cells(&matrix(&hardware));
-        assert!(left.iter().all(|cell| cell.method.name == "path"), "{left:?}");
+        assert!(left.iter().all(|cell| cell.config.method.name == "path"), "{left:?}");
         assert!(!skipped.is_empty());
         let mut alone = Matrix::default();
         alone.add(&METHOD, "path").unwrap();

@@ -17,10 +17,10 @@ use super::plan::MeasurementPlan;
 use super::record::FrameRecord;
 use super::reference::References;
 use caustics::metric::error_map::ErrorMap;
+use caustics::render_config::RenderConfig;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::Session;
-use caustics::settings::Settings;
 
 /// A cell under way.
 struct Run {
@@ -127,10 +127,10 @@ pub fn measure(
 
 fn open(plan: &MeasurementPlan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
     let camera = scene.camera(Some(&plan.camera))?;
-    let features = cell.features(scene, plan.settings.specular_roughness);
     let session = |seed| {
-        let settings = Settings { seed: plan.settings.seed + seed, ..cell.settings(&plan.settings) };
-        Session::new(&cell.runner, scene, camera, &settings, cell.method, cell.variant(), features)
+        let config =
+            RenderConfig { seed: plan.config.seed + seed, ..cell.config.with_image_of(&plan.config) };
+        Session::new(&cell.runner, scene, camera, &config, config.features(scene))
     };
     let sessions: Vec<Session> = (0..plan.seeds).map(session).collect::<Result<_, _>>()?;
     Ok(Run { cell: cell.clone(), sessions, before: Vec::new(), shown: None })
@@ -170,7 +170,7 @@ fn render(
         record.set(name, Some(counters.get(counter) as f64));
     }
     // Read once: it takes time between the turns.
-    if plan.time && record.frame + 1 == plan.frames.end && run.cell.method.gathers {
+    if plan.time && record.frame + 1 == plan.frames.end && run.cell.config.method.gathers {
         let points: Vec<PointGeometry> = session.read("point_geometry")?;
         record.set("points", Some(points.iter().filter(|point| point.exists()).count() as f64));
     }
@@ -188,7 +188,7 @@ fn compare(
     let images: Vec<RenderedImage> = run.sessions.iter_mut().map(Session::image).collect::<Result<_, _>>()?;
     let now: Vec<MeasuredImage> =
         images.iter().map(|image| MeasuredImage::new(image, &reference.image)).collect();
-    let exposure = f64::from(plan.settings.exposure);
+    let exposure = f64::from(plan.config.exposure);
     let seen =
         Seen { now: &now, before: &run.before, reference: &reference.measured, reference_before, exposure };
     for measure in MEASURES {

@@ -21,8 +21,9 @@ pub struct BufferMemory {
 /// The buffers that a session of the cell allocates, opened at the scene's pose.
 pub fn memory(plan: &MeasurementPlan, cell: &Cell, scene: &Scene) -> Option<BufferMemory> {
     let camera = scene.camera(Some(&plan.camera)).ok()?;
-    let params = cell.settings(&plan.settings).largest(scene, camera);
-    let buffers = frame_buffers(cell.method, cell.parts(), &params);
+    let config = cell.config.with_image_of(&plan.config);
+    let params = config.largest(scene, camera);
+    let buffers = frame_buffers(config.method, config.parts(), &params);
     let buffers_bytes: BTreeMap<_, _> = buffers.iter().map(|buffer| (buffer.name, buffer.bytes)).collect();
     Some(BufferMemory { total_bytes: buffers_bytes.values().sum(), buffers_bytes })
 }

@@ -2,16 +2,21 @@
 //!
 //! From a row come the option of `render`, `animate` and `bench` with its help, the key of a sweep's `[[matrix]]` and of a
 //! result, a column of CSV, its part in the product of cells and in their identity and names, and the words of a report. To
-//! add a parameter: a field of [`Settings`](caustics::Settings) and a row of [`PARAMETERS`]. Where a decision is missing, whether
+//! add a parameter: a field of [`RenderConfig`](caustics::RenderConfig) and a row of [`PARAMETERS`]. Where a decision is missing, whether
 //! another value gives another expected image, or whether cells differ in it, the code does not compile.
 
-use caustics_kernels::gather::variant;
+use caustics_kernels::denoiser::Denoiser;
+use caustics_kernels::emission::Emission;
+use caustics_kernels::gather::variant::Variant;
+use caustics_kernels::history::History;
 use caustics_kernels::interface::choice::{Caustics, Fireflies, LightSampler, PathHistory, Sampler};
-use caustics_kernels::{denoiser, emission, history, method};
+use caustics_kernels::method::Method;
+use caustics_kernels::method::basic::BASIC;
 
-use super::cell::{Cell, FeatureChoice, runner_name};
-pub use caustics::settings::AUTO;
-use caustics::settings::Radius;
+use super::cell::{Cell, runner_name};
+use caustics::named::Named;
+pub use caustics::render_config::AUTO;
+use caustics::render_config::{FeatureChoice, Radius};
 
 /// Something that can vary between cells.
 pub struct Parameter {
@@ -92,7 +97,7 @@ impl Parameter {
     /// # Errors
     /// What it must be.
     pub fn check(&self, value: &str) -> Result<(), String> {
-        self.set(&mut Cell::new(&method::basic::BASIC), value)
+        self.set(&mut Cell::new(&BASIC), value)
     }
 
     /// Its option without the leading dashes.
@@ -106,22 +111,28 @@ impl Parameter {
     }
 }
 
-/// What is common to the rows of choices: the values of a field of [`Cell`] that is an enum with `ALL`, `name`, `description` and `find`.
-macro_rules! chosen {
-    ($field:ident $(in $owner:ident)?: $choice:ident) => {
+/// The names of values, each with what it is.
+fn names<T: Named>() -> Vec<(&'static str, &'static str)> {
+    T::all().into_iter().map(|value| (value.name(), value.description())).collect()
+}
+
+/// What is common to the rows of what has a name: a field of [`RenderConfig`](caustics::RenderConfig) and its type.
+macro_rules! named {
+    ($field:ident: $type:ty) => {
         Parameter {
             key: stringify!($field),
             head: stringify!($field),
             description: "",
-            values: Values::Names(|| {
-                $choice::ALL.iter().map(|choice| (choice.name(), choice.description())).collect()
-            }),
+            values: Values::Names(names::<$type>),
             default: "",
             neutral: "",
             shown: VisualEncoding::Color,
             not_applicable: |_| None,
-            get: |cell| cell$(.$owner)?.$field.name().into(),
-            set: |cell, name| found($choice::find(name), &mut cell$(.$owner)?.$field),
+            get: |cell| cell.config.$field.name().into(),
+            set: |cell, name| {
+                cell.config.$field = Named::find(name)?;
+                Ok(())
+            },
         }
     };
 }
@@ -146,42 +157,25 @@ pub static PARAMETERS: [&Parameter; 15] = [
 ];
 
 /// How a frame is rendered.
-pub static METHOD: Parameter = Parameter {
-    key: "method",
-    head: "method",
-    description: "How to render",
-    values: Values::Names(|| method::ALL.iter().map(|method| (method.name, method.description)).collect()),
-    default: "basic",
-    neutral: "basic",
-    shown: VisualEncoding::Color,
-    not_applicable: |_| None,
-    get: |cell| cell.method.name.into(),
-    set: |cell, name| found(method::find(name), &mut cell.method),
-};
+pub static METHOD: Parameter =
+    Parameter { description: "How to render", default: "basic", neutral: "basic", ..named!(method: &Method) };
 
 /// How photons and collection points meet.
 pub static GATHER: Parameter = Parameter {
     key: "gather",
     head: "gather",
     description: "How photons and collection points meet [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
-    values: Values::Names(|| variant::ALL.iter().map(|gather| (gather.name, gather.description)).collect()),
+    values: Values::Names(names::<&Variant>),
     default: "",
     neutral: "",
     shown: VisualEncoding::Shape,
     not_applicable: |cell| {
-        (!cell.method.chooses_gather).then_some("brings photons and points together in its own way")
+        (!cell.config.method.chooses_gather).then_some("brings photons and points together in its own way")
     },
-    get: |cell| cell.gather_name().into(),
-    set: |cell, name| match (name, variant::find(name)) {
-        ("", _) => {
-            cell.gather = None;
-            Ok(())
-        }
-        (_, found @ Some(_)) => {
-            cell.gather = found;
-            Ok(())
-        }
-        (_, None) => Err(String::new()),
+    get: |cell| cell.config.gather.map_or("", |gather| gather.name).into(),
+    set: |cell, name| {
+        cell.config.gather = if name.is_empty() { None } else { Some(Named::find(name)?) };
+        Ok(())
     },
 };
 
@@ -190,26 +184,19 @@ pub static CAUSTICS: Parameter = Parameter {
     description: "Which light is a caustic, found by light paths",
     default: "first",
     neutral: "first",
-    not_applicable: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
-    ..chosen!(caustics in settings: Caustics)
+    not_applicable: |cell| (!cell.config.method.gathers).then_some("shoots no light paths"),
+    ..named!(caustics: Caustics)
 };
 
 /// How light paths start.
 pub static EMISSION: Parameter = Parameter {
-    key: "emission",
-    head: "emission",
     description: "How light paths start",
-    values: Values::Names(|| {
-        emission::ALL.iter().map(|emission| (emission.name, emission.description)).collect()
-    }),
     default: "guided",
     neutral: "power",
-    shown: VisualEncoding::Color,
     not_applicable: |cell| {
-        (!cell.method.chooses_emission).then_some("starts light paths in its own way, or has none")
+        (!cell.config.method.chooses_emission).then_some("starts light paths in its own way, or has none")
     },
-    get: |cell| cell.settings.emission.name.into(),
-    set: |cell, name| found(emission::find(name), &mut cell.settings.emission),
+    ..named!(emission: &Emission)
 };
 
 /// How camera paths find lights.
@@ -219,7 +206,7 @@ pub static LIGHT_SAMPLER: Parameter = Parameter {
     neutral: "resampled",
     shown: VisualEncoding::Words("nee-", |value| format!("light sampler {value}")),
     head: "light sampler",
-    ..chosen!(light_sampler in settings: LightSampler)
+    ..named!(light_sampler: LightSampler)
 };
 
 /// Where the numbers of camera paths come from.
@@ -228,23 +215,18 @@ pub static SAMPLER: Parameter = Parameter {
     default: "sobol",
     neutral: "sobol",
     shown: VisualEncoding::Words("", |value| format!("{value} samples")),
-    ..chosen!(sampler in settings: Sampler)
+    ..named!(sampler: Sampler)
 };
 
 /// Light of the previous frame that is reused.
 pub static HISTORY: Parameter = Parameter {
-    key: "history",
-    head: "history",
     description: "Light of the previous frame that collection points reuse",
-    values: Values::Names(|| {
-        history::ALL.iter().map(|history| (history.name, history.description)).collect()
-    }),
     default: "none",
     neutral: "none",
-    shown: VisualEncoding::Color,
-    not_applicable: |cell| (!cell.method.supports_history).then_some("takes no light from the frame before"),
-    get: |cell| cell.settings.history.name.into(),
-    set: |cell, name| found(history::find(name), &mut cell.settings.history),
+    not_applicable: |cell| {
+        (!cell.config.method.supports_history).then_some("takes no light from the frame before")
+    },
+    ..named!(history: &History)
 };
 
 /// Path-traced light of the previous frame that is reused.
@@ -255,11 +237,12 @@ pub static PATH_HISTORY: Parameter = Parameter {
     neutral: "none",
     shown: VisualEncoding::Color,
     not_applicable: |cell| {
-        let converges = cell.method.converges.then_some("converges: its frames are averaged");
+        let converges = cell.config.method.converges.then_some("converges: its frames are averaged");
         converges
-            .or((!cell.method.gathers).then_some("makes no collection points, which a history looks for"))
+            .or((!cell.config.method.gathers)
+                .then_some("makes no collection points, which a history looks for"))
     },
-    ..chosen!(path_history in settings: PathHistory)
+    ..named!(path_history: PathHistory)
 };
 
 /// What is done about rare bright samples of camera paths.
@@ -267,26 +250,19 @@ pub static FIREFLIES: Parameter = Parameter {
     description: "What is done about rare bright samples of camera paths",
     default: "kept",
     neutral: "kept",
-    not_applicable: |cell| cell.method.converges.then_some("converges, and must lose no light"),
-    ..chosen!(fireflies in settings: Fireflies)
+    not_applicable: |cell| cell.config.method.converges.then_some("converges, and must lose no light"),
+    ..named!(fireflies: Fireflies)
 };
 
 /// What smooths the path-traced part.
 pub static DENOISER: Parameter = Parameter {
-    key: "denoiser",
-    head: "denoiser",
     description: "What smooths the path-traced part, caustics excepted",
-    values: Values::Names(|| {
-        denoiser::ALL.iter().map(|denoiser| (denoiser.name, denoiser.description)).collect()
-    }),
     default: "none",
     neutral: "none",
-    shown: VisualEncoding::Color,
     not_applicable: |cell| {
-        (!cell.method.gathers).then_some("makes no collection points, which a denoiser looks at")
+        (!cell.config.method.gathers).then_some("makes no collection points, which a denoiser looks at")
     },
-    get: |cell| cell.settings.denoiser.name.into(),
-    set: |cell, name| found(denoiser::find(name), &mut cell.settings.denoiser),
+    ..named!(denoiser: &Denoiser)
 };
 
 /// Where a cell runs.
@@ -301,7 +277,9 @@ pub static RUNNER: Parameter = Parameter {
     not_applicable: |_| None,
     get: |cell| runner_name(&cell.runner).into(),
     set: |cell, name| {
-        found(RUNNERS.iter().map(|(known, _)| *known).find(|known| *known == name), &mut cell.asked_runner)
+        let known = RUNNERS.iter().find(|(known, _)| *known == name);
+        (cell.asked_runner, _) = *known.ok_or_else(String::new)?;
+        Ok(())
     },
 };
 
@@ -311,7 +289,7 @@ pub static FEATURES: Parameter = Parameter {
     default: "scene",
     neutral: "scene",
     shown: VisualEncoding::Words("", |value| format!("{value} features")),
-    ..chosen!(features: FeatureChoice)
+    ..named!(features: FeatureChoice)
 };
 
 /// Light paths of a frame; other keys for them: `PATHS_SPELLINGS`.
@@ -326,10 +304,10 @@ pub static PATHS_PER_PIXEL: Parameter = Parameter {
         let unit = if value == "1" { "path/px" } else { "paths/px" };
         format!("{value} {unit}")
     }),
-    not_applicable: |cell| (!cell.method.gathers).then_some("shoots no light paths"),
-    get: |cell| cell.settings.light_paths.to_string(),
+    not_applicable: |cell| (!cell.config.method.gathers).then_some("shoots no light paths"),
+    get: |cell| cell.config.light_paths.to_string(),
     set: |cell, text| {
-        cell.settings.light_paths = text.parse()?;
+        cell.config.light_paths = text.parse()?;
         Ok(())
     },
 };
@@ -344,14 +322,14 @@ pub static RADIUS_PX: Parameter = Parameter {
     default: "1",
     neutral: "1",
     shown: VisualEncoding::Words("r", |value| format!("radius {value} px")),
-    not_applicable: |cell| match cell.settings.radius {
-        _ if !cell.method.gathers => Some("makes no collection points"),
-        Radius::Auto if !cell.method.chooses_gather => Some("has no discs that could widen"),
+    not_applicable: |cell| match cell.config.radius {
+        _ if !cell.config.method.gathers => Some("makes no collection points"),
+        Radius::Auto if !cell.config.method.chooses_gather => Some("has no discs that could widen"),
         _ => None,
     },
-    get: |cell| cell.settings.radius.to_string(),
+    get: |cell| cell.config.radius.to_string(),
     set: |cell, text| {
-        cell.settings.radius = text.parse()?;
+        cell.config.radius = text.parse()?;
         Ok(())
     },
 };
@@ -366,10 +344,10 @@ pub static MAX_BOUNCES: Parameter = Parameter {
     neutral: "5",
     shown: VisualEncoding::Words("b", |value| format!("{value} bounces")),
     not_applicable: |_| None,
-    get: |cell| cell.settings.max_bounces.to_string(),
+    get: |cell| cell.config.max_bounces.to_string(),
     set: |cell, text| {
         let bounces = text.parse().ok().filter(|bounces| (1..=64).contains(bounces));
-        cell.settings.max_bounces = bounces.ok_or("it must be 1 to 64")?;
+        cell.config.max_bounces = bounces.ok_or("it must be 1 to 64")?;
         Ok(())
     },
 };
@@ -423,11 +401,6 @@ pub fn spelled(key: &str, text: &str) -> Option<(&'static Parameter, String)> {
     Some((parameter, format!("{before}{text}{after}")))
 }
 
-fn found<T>(found: Option<T>, target: &mut T) -> Result<(), String> {
-    *target = found.ok_or_else(String::new)?;
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -465,7 +438,7 @@ mod tests {
             (&RADIUS_PX, "auto"),
             (&MAX_BOUNCES, "9"),
         ] {
-            let mut cell = Cell::new(&method::basic::BASIC);
+            let mut cell = Cell::new(&BASIC);
             parameter.set(&mut cell, value).unwrap();
             assert_eq!(parameter.get(&cell), value);
         }

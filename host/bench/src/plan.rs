@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use caustics::settings::Settings;
+use caustics::render_config::RenderConfig;
 
 /// Frames whose errors are measured.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub enum Compared {
 #[derive(Clone, Debug)]
 pub struct MeasurementPlan {
     /// Settings of all cells; what a cell has is its own.
-    pub settings: Settings,
+    pub config: RenderConfig,
     /// Name of the camera.
     pub camera: String,
     /// Indices of the frames.

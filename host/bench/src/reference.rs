@@ -4,7 +4,7 @@
 //! the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256 frames. Cells whose radius is
 //! below that are not blurred more than their reference. Its seed is its own, the same for all frames: where nothing moves, it does not change at all.
 
-use caustics::settings::{Paths, Radius};
+use caustics::render_config::{Paths, Radius};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -22,10 +22,10 @@ use caustics::hash::digest;
 use caustics::image_file::Channels;
 use caustics::output::target::Target;
 use caustics::output::{attributes, exr};
+use caustics::render_config::RenderConfig;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::Session;
-use caustics::settings::Settings;
 use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::{denoiser, history};
@@ -42,7 +42,7 @@ pub struct References<'a> {
     cell: &'a Cell,
     /// Posed at one time after the other.
     scene: RefCell<Scene>,
-    settings: Settings,
+    config: RenderConfig,
     frames: u32,
     folder: PathBuf,
     /// What decides the reference of each frame that was asked for.
@@ -72,24 +72,25 @@ impl<'a> References<'a> {
         frames: u32,
         cache: &Path,
     ) -> References<'a> {
-        let pixels = plan.settings.width * plan.settings.height;
-        let settings = Settings {
+        let pixels = plan.config.width * plan.config.height;
+        let config = RenderConfig {
+            method: &PROGRESSIVE,
             light_paths: Paths::Count(LIGHT_PATHS_PER_PIXEL * pixels),
             radius: Radius::Px(1.0),
-            max_bounces: cell.settings.max_bounces,
+            max_bounces: cell.config.max_bounces,
             seed: SEED,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
             sampler: Sampler::Sobol,
             batches: BATCHES,
             exposure: 0.0,
-            ..plan.settings.clone()
+            ..plan.config.clone()
         };
-        let view = identity::view(scene, &plan.camera, &settings);
+        let view = identity::view(scene, &plan.camera, &config);
         let name = digest(&format!("{view}frames {frames} fps {}", plan.fps));
         let folder = cache.join("references").join(name);
         let (scene, identities) = (RefCell::new(scene.clone()), RefCell::default());
-        References { plan, cell, scene, settings, frames, folder, identities }
+        References { plan, cell, scene, config, frames, folder, identities }
     }
 
     /// Where they are kept.
@@ -143,7 +144,7 @@ impl<'a> References<'a> {
         }
         let mut scene = self.scene.borrow_mut();
         pose(&mut scene, self.plan.time_of(frame))?;
-        let view = identity::view(&scene, &self.plan.camera, &self.settings);
+        let view = identity::view(&scene, &self.plan.camera, &self.config);
         let identity = format!("{view}frames {}", self.frames);
         self.identities.borrow_mut().insert(known_as, identity.clone());
         Ok(identity)
@@ -156,18 +157,10 @@ impl<'a> References<'a> {
         stopped: &dyn Fn() -> bool,
     ) -> anyhow::Result<Option<Vec<u8>>> {
         let Cell { runner, .. } = self.cell;
-        let features = scene.features(self.settings.specular_roughness);
+        let features = scene.features(self.config.specular_roughness);
         let camera = scene.camera(Some(&self.plan.camera))?;
-        let mut session = Session::new(
-            runner,
-            scene,
-            camera,
-            &self.settings,
-            &PROGRESSIVE,
-            runner.default_gather(),
-            features,
-        )?;
-        let mut sums = Accumulation::in_batches(self.settings.batches_of_frames());
+        let mut session = Session::new(runner, scene, camera, &self.config, features)?;
+        let mut sums = Accumulation::in_batches(self.config.batches_of_frames());
         for frame in 0..self.frames {
             if stopped() {
                 return Ok(None);
@@ -190,7 +183,7 @@ impl<'a> References<'a> {
         anyhow::ensure!(attributes::is_whole(&bytes) == Some(true), "{} is damaged", path.display());
         let channels = Channels::decode(&bytes).map_err(anyhow::Error::msg)?;
         let size = (channels.width, channels.height);
-        let expected = (self.settings.width as usize, self.settings.height as usize);
+        let expected = (self.config.width as usize, self.config.height as usize);
         let known = channels.attributes.get("identity").is_some_and(|found| *found == digest(identity));
         anyhow::ensure!(size == expected && known, "{} is another's reference", path.display());
         let layer = |name: &str| -> anyhow::Result<Vec<Vec3>> {

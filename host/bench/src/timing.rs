@@ -56,12 +56,12 @@ pub fn cell_time(
         (amount > 0.0 && ms > 0.0).then(|| 1e3 * amount / ms)
     };
     let is = |name: &str, kinds: &[Work]| work(name).is_some_and(|work| kinds.contains(&work));
-    let settings = cell.settings(&plan.settings);
+    let config = cell.config.with_image_of(&plan.config);
     let rays = mean("camera_rays") + mean("shadow_rays") + mean("light_rays");
     let points = own.values().find_map(|record| record.get("points")).unwrap_or(0.0);
     Some(CellTime {
-        width: settings.width,
-        height: settings.height,
+        width: config.width,
+        height: config.height,
         light_paths: mean("light_paths") as u32,
         triangles: scene.triangles.len() as u64,
         frames: own.len() as u32,
@@ -92,12 +92,12 @@ pub fn quartiles(values: &[f64]) -> Option<Quartiles> {
 mod tests {
     use super::*;
     use crate::plan::Compared;
-    use caustics::settings::Settings;
+    use caustics::render_config::RenderConfig;
     use caustics_kernels::method::basic::BASIC;
 
     fn plan() -> MeasurementPlan {
         MeasurementPlan {
-            settings: Settings { width: 40, height: 25, ..Settings::default() },
+            config: RenderConfig { width: 40, height: 25, ..RenderConfig::default() },
             camera: String::new(),
             frames: 0..4,
             fps: 24.0,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use caustics::exposure::Exposure;
 use caustics::kernels::Source;
+use caustics::named::Named;
 use caustics::rendered_image::Aov;
 use caustics::scene::{BvhCache, BvhOptions, BvhQuality, LoadOptions, Position};
 use caustics_bench::renamed;
@@ -40,14 +41,10 @@ pub use survey::Survey;
 pub use sweep::SweepOptions;
 pub use view::Viewer;
 
-/// Parses a choice of the kernels by its names, and describes its values in the help.
-macro_rules! choice_parser {
-    ($choice:ident) => {
-        PossibleValuesParser::new(
-            $choice::ALL.iter().map(|value| PossibleValue::new(value.name()).help(value.description())),
-        )
-        .try_map(|name| name.parse::<$choice>())
-    };
+/// Parses what has a name, and describes its values in the help.
+fn named<T: Named>() -> impl TypedValueParser<Value = T> {
+    let values = T::all().into_iter().map(|value| PossibleValue::new(value.name()).help(value.description()));
+    PossibleValuesParser::new(values).try_map(|name| T::find(&name))
 }
 
 /// The command line asks for something that cannot be: exit code 2.
@@ -179,11 +176,11 @@ pub struct ImageOptions {
     #[arg(long, default_value_t = 0.25)]
     pub specular_roughness: f32,
     /// Where in a pixel its rays go [default: box where frames are averaged, else centre]
-    #[arg(long, value_parser = choice_parser!(PixelFilter))]
+    #[arg(long, value_parser = named::<PixelFilter>())]
     pub pixel_filter: Option<PixelFilter>,
     /// Which level of its textures the camera sees [default: finest for reference, path, progressive, and means of frames over
     /// whole pixels, else cone]
-    #[arg(long, value_parser = choice_parser!(TextureFilter))]
+    #[arg(long, value_parser = named::<TextureFilter>())]
     pub texture_filter: Option<TextureFilter>,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 0)]

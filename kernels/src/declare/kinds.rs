@@ -133,7 +133,7 @@ pub struct Emission {
 }
 
 /// A name names one variant, and is what is printed: addresses of functions differ from process to process.
-macro_rules! named {
+macro_rules! equal_by_name {
     ($($kind:ident)*) => {
         $(
             impl std::fmt::Debug for $kind {
@@ -151,5 +151,5 @@ macro_rules! named {
     };
 }
 
-named!(History Denoiser Emission FrameStage);
-pub(crate) use named;
+equal_by_name!(History Denoiser Emission FrameStage);
+pub(crate) use equal_by_name;

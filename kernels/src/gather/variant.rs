@@ -159,8 +159,5 @@ macro_rules! list {
 #[cfg(not(target_arch = "spirv"))]
 for_each_gather!(list);
 
-/// The variant of this name.
 #[cfg(not(target_arch = "spirv"))]
-pub fn find(name: &str) -> Option<&'static Variant> {
-    ALL.iter().find(|variant| variant.name == name)
-}
+crate::interface::named::listed!(Variant in ALL.iter().collect());

@@ -31,21 +31,20 @@ macro_rules! choice {
                     $($choice::$value => $description,)*
                 }
             }
-
-            /// The value of this name.
-            pub fn find(name: &str) -> Option<$choice> {
-                Self::ALL.iter().copied().find(|value| value.name() == name)
-            }
         }
 
         #[cfg(not(target_arch = "spirv"))]
-        impl std::str::FromStr for $choice {
-            type Err = String;
+        impl $crate::interface::named::Named for $choice {
+            fn all() -> Vec<Self> {
+                Self::ALL.to_vec()
+            }
 
-            /// The value of this name; an error lists those there are.
-            fn from_str(name: &str) -> Result<$choice, String> {
-                let names = || Self::ALL.iter().map(|value| value.name()).collect::<Vec<_>>().join(", ");
-                Self::find(name).ok_or_else(|| format!("there is no {name:?}; known are {}", names()))
+            fn name(self) -> &'static str {
+                Self::name(self)
+            }
+
+            fn description(self) -> &'static str {
+                Self::description(self)
             }
         }
     };

@@ -1,6 +1,6 @@
 //! What a method is.
 
-use crate::declare::{Denoiser, Emission, FrameStage, History, Step, Steps, named};
+use crate::declare::{Denoiser, Emission, FrameStage, History, Step, Steps, equal_by_name};
 use crate::gather::variant::Variant;
 use crate::history::auxiliary::AUXILIARY_LAYERS;
 use crate::history::path::PATH_HISTORY;
@@ -145,4 +145,4 @@ impl From<&'static Variant> for Parts {
     }
 }
 
-named!(Method);
+equal_by_name!(Method);

@@ -1,14 +1,14 @@
 //! Every file of `tests/corpus` loads and renders to what `tests/golden/corpus` holds.
 //! `CAUSTICS_BLESS=1 cargo test --workspace --test architecture corpus` writes the images: look at them before they are committed.
 
-use caustics::settings::Paths;
+use caustics::render_config::Paths;
 use std::path::{Path, PathBuf};
 
 use caustics::accumulation::Accumulation;
 use caustics::image_file::Channels;
 use caustics::output::exr;
 use caustics::scene::{CameraChoice, DefaultLight, LoadOptions, Staged, Staging};
-use caustics::{RenderedImage, Session, Settings};
+use caustics::{RenderConfig, RenderedImage, Session};
 use caustics_kernels::interface::choice::PixelFilter;
 
 const SIZE: (usize, usize) = (32, 18);
@@ -40,14 +40,14 @@ fn image(path: &Path) -> RenderedImage {
     let Staged { mut scene, camera, .. } =
         staging.load(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     scene.pose(TIME).expect("a pose");
-    let settings = Settings {
+    let config = RenderConfig {
         width: SIZE.0 as u32,
         height: SIZE.1 as u32,
         light_paths: Paths::Count(2000),
         pixel_filter: PixelFilter::Box,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
-    let mut session = Session::builder(&scene).camera(&camera).settings(settings).build().expect("a session");
+    let mut session = Session::builder(&scene).camera(&camera).config(config).build().expect("a session");
     let mut sums = Accumulation::default();
     for frame in 0..FRAMES {
         session.frame(frame).expect("a frame");

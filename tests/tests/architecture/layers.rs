@@ -83,9 +83,9 @@ const SCENE: &[&[&str]] = &[
 
 /// Layers of the library.
 const LIBRARY: &[&[&str]] = &[
-    &["counters", "energy", "machine", "shard", "threads", "vulkan"],
+    &["counters", "energy", "machine", "named", "shard", "threads", "vulkan"],
     &["kernels"],
-    &["settings", "accumulation"],
+    &["render_config", "accumulation"],
     &["metric", "exposure"],
     &["runner", "checkpoint"],
     &["upload", "frame_memory"],

@@ -4,8 +4,8 @@ mod path;
 mod sequence;
 mod steps;
 
+use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::scene::Scene;
-use caustics::settings::{Paths, Radius, Settings};
 use caustics::upload::Upload;
 use caustics_kernels::declare::Step;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
@@ -27,7 +27,7 @@ const RATE: f64 = 30.0;
 /// An animation on two runners.
 struct Animation {
     scene: Scene,
-    settings: Settings,
+    config: RenderConfig,
     runners: RunnerPair,
     uploads: [Upload; 2],
     /// The eye of the frame before.
@@ -39,26 +39,26 @@ struct Animation {
 impl Animation {
     /// Opens both with the buffers of every history.
     fn open(gpu: &Gpu, hardware: bool, scene: &str, light_paths: u32) -> Animation {
-        let settings = Settings {
+        let config = RenderConfig {
             width: 160,
             height: 90,
             light_paths: Paths::Count(light_paths),
             radius: Radius::Px(2.0),
             history: &VALIDATED,
-            ..Settings::default()
+            ..RenderConfig::default()
         };
         let scene = load(scene);
         // This one needs what any of the others needs.
-        let kernels = load("animated-light").features(settings.specular_roughness);
-        let runners = RunnerPair::with(gpu, hardware, &scene, &settings, kernels);
+        let kernels = load("animated-light").features(config.specular_roughness);
+        let runners = RunnerPair::with(gpu, hardware, &scene, &config, kernels);
         let uploads = [Upload::new(&scene), Upload::new(&scene)];
         let camera = runners.params.camera;
-        Animation { scene, settings, runners, uploads, camera, keeps_path: false }
+        Animation { scene, config, runners, uploads, camera, keeps_path: false }
     }
 
     /// Starts again, with nothing to remember.
     fn restart(&mut self, history: &'static History) {
-        self.settings.history = history;
+        self.config.history = history;
         let forget = history::ALL.iter().flat_map(|history| history.forget);
         let forget: Vec<Step> = forget.map(|&buffer| Step::Clear { buffer }).collect();
         self.runners.run(&FrameParams::default(), &forget);
@@ -70,7 +70,7 @@ impl Animation {
         let [cpu, gpu] = &mut self.uploads;
         cpu.run(&mut *self.runners.cpu, &self.scene).expect("the CPU takes the pose");
         gpu.run(&mut *self.runners.gpu, &self.scene).expect("the GPU takes the pose");
-        let params = self.settings.params(&self.scene, &self.scene.cameras[0], frame);
+        let params = self.config.params(&self.scene, &self.scene.cameras[0], frame);
         let params = FrameParams { previous_camera: self.camera, ..params };
         self.camera = params.camera;
         params
@@ -81,7 +81,7 @@ impl Animation {
     }
 
     fn parts(&self) -> Parts {
-        let (history, keeps_path) = (self.settings.history, self.keeps_path);
+        let (history, keeps_path) = (self.config.history, self.keeps_path);
         let stages = Stages::NONE.with(&PATH_HISTORY, keeps_path);
         Parts { history, stages, ..Parts::from(&PHOTONS_GRID) }
     }
@@ -167,7 +167,7 @@ fn steps_agree(animation: &mut Animation, title: &str) {
 }
 
 fn sequences_agree(animation: &mut Animation, title: &str) {
-    let error = sequence::error(&animation.settings, &animation.scene);
+    let error = sequence::error(&animation.config, &animation.scene);
     let compared = sequence::run(animation, 0, title);
     compared.table.finish();
     let [cpu, gpu] = compared.means;

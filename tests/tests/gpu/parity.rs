@@ -5,8 +5,8 @@ mod passes;
 mod paths;
 mod steps;
 
-use caustics::settings::Settings;
-use caustics::settings::{Paths, Radius};
+use caustics::render_config::RenderConfig;
+use caustics::render_config::{Paths, Radius};
 use caustics_kernels::emission::{AIMED, POWER};
 use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::interface::features::Features;
@@ -17,20 +17,20 @@ use caustics_tests::scenes::{blended_room, dispersive_room};
 use caustics_tests::table::Table;
 
 /// A small view whose points are large enough to take thousands of photons.
-fn settings() -> Settings {
-    Settings {
+fn config() -> RenderConfig {
+    RenderConfig {
         width: 160,
         height: 90,
         light_paths: Paths::Count(131_072),
         radius: Radius::Px(3.0),
         sampler: Sampler::Sobol,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
 /// What textures, things that blend and dispersive glass need together: their tests share kernels.
 fn rich() -> Features {
-    needs(&[load("textured-room"), blended_room().build(), dispersive_room()], &settings())
+    needs(&[load("textured-room"), blended_room().build(), dispersive_room()], &config())
 }
 
 #[test]
@@ -39,7 +39,7 @@ fn steps_and_passes_agree() {
     for &hardware in gpu.tracers() {
         let tracer = if hardware { "hardware" } else { "software" };
         let scene = load("mirror-room");
-        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings());
+        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &config());
         let mut table = Table::new(&format!("mirror-room, CPU against {} ({tracer} tracer)", gpu.info.name));
         steps::sample(&mut runners, &mut table);
         steps::hit(&mut runners, &scene, &mut table);
@@ -57,8 +57,8 @@ fn textured_steps_and_passes_agree() {
     let scene = load("textured-room");
     for &hardware in gpu.tracers() {
         let tracer = if hardware { "hardware" } else { "software" };
-        let settings = Settings { sampler: Sampler::Blue, ..settings() };
-        let mut runners = RunnerPair::with(&gpu, hardware, &scene, &settings, rich());
+        let config = RenderConfig { sampler: Sampler::Blue, ..config() };
+        let mut runners = RunnerPair::with(&gpu, hardware, &scene, &config, rich());
         let mut table =
             Table::new(&format!("textured-room, CPU against {} ({tracer} tracer)", gpu.info.name));
         steps::hit(&mut runners, &scene, &mut table);
@@ -77,7 +77,7 @@ fn what_blends_agrees() {
     let scene = blended_room().build();
     for &hardware in gpu.tracers() {
         let tracer = if hardware { "hardware" } else { "software" };
-        let mut runners = RunnerPair::with(&gpu, hardware, &scene, &settings(), rich());
+        let mut runners = RunnerPair::with(&gpu, hardware, &scene, &config(), rich());
         let mut table =
             Table::new(&format!("things that blend, CPU against {} ({tracer} tracer)", gpu.info.name));
         steps::hit(&mut runners, &scene, &mut table);
@@ -94,7 +94,7 @@ fn what_disperses_agrees() {
     let scene = dispersive_room();
     for &hardware in gpu.tracers() {
         let tracer = if hardware { "hardware" } else { "software" };
-        let mut runners = RunnerPair::with(&gpu, hardware, &scene, &settings(), rich());
+        let mut runners = RunnerPair::with(&gpu, hardware, &scene, &config(), rich());
         let mut table =
             Table::new(&format!("dispersive glass, CPU against {} ({tracer} tracer)", gpu.info.name));
         steps::scatter(&mut runners, &scene, &mut table);
@@ -109,7 +109,7 @@ fn scattering_agrees_on_every_lobe() {
     for scene in [load("glossy-room"), lobes::scene()] {
         let title = format!("{}, CPU against {}", scene.name, gpu.info.name);
         let mut table = Table::new(&title);
-        let mut runners = RunnerPair::open(&gpu, false, &scene, &settings());
+        let mut runners = RunnerPair::open(&gpu, false, &scene, &config());
         steps::scatter(&mut runners, &scene, &mut table);
         steps::emit(&mut runners, &scene, &mut table);
         table.finish();

@@ -1,9 +1,9 @@
 //! What the Vulkan side promises beyond equal numbers: plain devices, large frames, small buffers, fresh kernels.
 
 use caustics::kernels::Source;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::runner::gpu::GpuRunner;
 use caustics::session::{self, RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics::vulkan::context::Context;
 use caustics::vulkan::passes::DeviceOptions;
 use caustics_kernels::gather::variant;
@@ -15,13 +15,13 @@ use caustics_tests::gpu::watched_gpu;
 use caustics_tests::parity::load;
 
 /// The talk's size of image, with fewer light paths than its 1024^2.
-fn full() -> Settings {
-    Settings {
+fn full() -> RenderConfig {
+    RenderConfig {
         width: 1920,
         height: 1080,
         light_paths: Paths::Count(1 << 18),
         caustics: Caustics::Any,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
@@ -29,13 +29,20 @@ fn full() -> Settings {
 fn base_module_renders_on_a_device_without_ray_queries() {
     let Some(gpu) = watched_gpu() else { return };
     assert!(!Context::new(None, false, gpu.validation).unwrap().is_hardware());
-    let (scene, settings) =
-        (load("mirror-room"), Settings { width: 96, height: 54, light_paths: Paths::Count(8192), ..full() });
-    let features = scene.features(settings.specular_roughness);
+    let (scene, config) = (
+        load("mirror-room"),
+        RenderConfig { width: 96, height: 54, light_paths: Paths::Count(8192), ..full() },
+    );
+    let features = scene.features(config.specular_roughness);
     let variant = &variant::PHOTONS_GRID;
-    let mut session =
-        Session::new(&gpu.choice(false), &scene, &scene.cameras[0], &settings, &BASIC, variant, features)
-            .unwrap();
+    let mut session = Session::new(
+        &gpu.choice(false),
+        &scene,
+        &scene.cameras[0],
+        &RenderConfig { gather: Some(variant), ..config.clone() },
+        features,
+    )
+    .unwrap();
     session.frame(0).unwrap();
     let image = session.image().unwrap();
     assert!(image.path.iter().all(|pixel| pixel.is_finite()));
@@ -70,8 +77,14 @@ fn full_hd_frame_runs() {
             continue;
         }
         let choice = gpu.choice(variant.hardware);
-        let mut session =
-            Session::new(&choice, &scene, &scene.cameras[0], &full(), &BASIC, variant, features).unwrap();
+        let mut session = Session::new(
+            &choice,
+            &scene,
+            &scene.cameras[0],
+            &RenderConfig { gather: Some(variant), ..full().clone() },
+            features,
+        )
+        .unwrap();
         let start = std::time::Instant::now();
         let times = session.frame(0).unwrap();
         eprintln!("{} on {}: {:.2?}", variant.name, session.device(), start.elapsed());
@@ -88,8 +101,8 @@ fn full_hd_buffers_stay_within_128_mib() {
     let scene = load("mirror-room");
     for light_paths in [1 << 18, 1 << 20, 1 << 26] {
         for max_bounces in [2, 5, 12] {
-            let settings = Settings { light_paths: Paths::Count(light_paths), max_bounces, ..full() };
-            let params = settings.params(&scene, &scene.cameras[0], 0);
+            let config = RenderConfig { light_paths: Paths::Count(light_paths), max_bounces, ..full() };
+            let params = config.params(&scene, &scene.cameras[0], 0);
             for variant in variant::ALL {
                 for spec in frame_buffers(&BASIC, variant.into(), &params) {
                     assert!(

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use caustics::settings::Settings;
+use caustics::render_config::RenderConfig;
 use caustics_kernels::interface::caster::{Caster, Casters};
 use caustics_kernels::interface::guide::GuideMap;
 use caustics_kernels::interface::light::Light;
@@ -44,7 +44,7 @@ fn world(b: Builder, test: impl FnOnce(&World<'_>)) {
     let mut b = b;
     b.camera(DVec3::ZERO, DVec3::Z, 1.0);
     let scene = b.build();
-    let mut world = World::new(&scene, &Settings::default());
+    let mut world = World::new(&scene, &RenderConfig::default());
     world.params.casters = casters();
     test(&world);
 }
@@ -323,7 +323,7 @@ fn nothing_to_aim_at_is_emission_by_power() {
     b.panel(light, DVec3::ZERO, DVec3::X, DVec3::Z);
     b.camera(DVec3::ZERO, DVec3::Z, 1.0);
     let scene = b.build();
-    let mut world = World::new(&scene, &Settings::default());
+    let mut world = World::new(&scene, &RenderConfig::default());
     for count in [0, 3] {
         world.params.casters = Casters { count, ..Casters::default() };
         let (aimed, power) = (Aimed { power: world.by_power() }, world.by_power());

@@ -1,9 +1,9 @@
 //! O11: every gather is brute force, bit for bit, over whatever points and photons there are.
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::{self, RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::declare::Step;
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::contribution::{contribution, takes};
@@ -49,9 +49,9 @@ fn materials_scene() -> Scene {
 }
 
 fn params(scene: &Scene, pixels: u32, photons: u32) -> FrameParams {
-    let settings =
-        Settings { width: pixels, height: 1, light_paths: Paths::Count(1024), ..Settings::default() };
-    let base = settings.params(scene, &scene.cameras[0], 0);
+    let config =
+        RenderConfig { width: pixels, height: 1, light_paths: Paths::Count(1024), ..RenderConfig::default() };
+    let base = config.params(scene, &scene.cameras[0], 0);
     FrameParams {
         light_path_count: 1024,
         light_path_batch: 1024,
@@ -225,13 +225,19 @@ fn a_variant_from_outside_runs_on_the_cpu() {
     }
     // And in a frame, as any other.
     let scene = committed("mirror-room");
-    let settings =
-        Settings { width: 80, height: 45, light_paths: Paths::Count(30_000), ..Settings::default() };
+    let config =
+        RenderConfig { width: 80, height: 45, light_paths: Paths::Count(30_000), ..RenderConfig::default() };
     let choice = RunnerChoice::Cpu { threads: 0 };
     let image = |variant: &'static Variant| {
-        let (camera, features) = (&scene.cameras[0], scene.features(settings.specular_roughness));
-        let mut session =
-            Session::new(&choice, &scene, camera, &settings, &BASIC, variant, features).unwrap();
+        let (camera, features) = (&scene.cameras[0], scene.features(config.specular_roughness));
+        let mut session = Session::new(
+            &choice,
+            &scene,
+            camera,
+            &RenderConfig { gather: Some(variant), ..config.clone() },
+            features,
+        )
+        .unwrap();
         let times = session.frame(0).unwrap();
         assert!(times.iter().any(|time| time.pass == variant.gather.name));
         session.image().unwrap()
@@ -400,12 +406,12 @@ fn gathers_agree_on_real_scenes() {
         let scene = committed(name);
         // Of more photons than those of casters that are met first.
         let (light_paths, caustics) = (30_000, Caustics::Any);
-        let settings = Settings {
+        let config = RenderConfig {
             width: 80,
             height: 45,
             light_paths: Paths::Count(light_paths),
             caustics,
-            ..Settings::default()
+            ..RenderConfig::default()
         };
         let mut first: Option<caustics::rendered_image::RenderedImage> = None;
         for variant in variant::ALL {
@@ -413,7 +419,7 @@ fn gathers_agree_on_real_scenes() {
                 println!("{} needs ray queries: not on the CPU", variant.name);
                 continue;
             }
-            let (image, _) = render(&scene, &settings, variant.name, None, 0, 1).remove(0);
+            let (image, _) = render(&scene, &config, variant.name, None, 0, 1).remove(0);
             let taken: f32 = image.photons.iter().sum();
             println!("{name}, {}: {taken} photons taken", variant.name);
             assert!(taken > 300.0, "the test has lost its subject");

@@ -1,9 +1,9 @@
 //! Meshes that are stored once against copies of them in the world: textures, normal maps, holes, curved glass, mirrored and
 //! stretched at positions of their own.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{LoadOptions, Scene};
 use caustics::session::RunnerChoice;
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
@@ -129,15 +129,15 @@ fn pictures_are_those_of_copies() {
     let mut seed = 0;
     let [copied, stored] = rooms().map(|scene| {
         seed += 1;
-        let settings = Settings {
+        let config = RenderConfig {
             width: 64,
             height: 40,
             light_paths: Paths::Count(30_000),
             seed,
-            ..Settings::default()
+            ..RenderConfig::default()
         };
         let choice = RunnerChoice::Cpu { threads: 0 };
-        Blocks::render(&choice, &scene, &settings, &BASIC, &PHOTONS_GRID, 24)
+        Blocks::render(&choice, &scene, &config, &BASIC, &PHOTONS_GRID, 24)
     });
     let scores = stored.scores(&copied);
     println!("{scores:?}, caustics {} and {}", copied.caustic_share, stored.caustic_share);
@@ -149,10 +149,11 @@ fn pictures_are_those_of_copies() {
 #[test]
 fn runners_agree_on_instances() {
     let Some(gpu) = gpu() else { return };
-    let settings = Settings { width: 32, height: 32, light_paths: Paths::Count(1024), ..Settings::default() };
+    let config =
+        RenderConfig { width: 32, height: 32, light_paths: Paths::Count(1024), ..RenderConfig::default() };
     let [_, stored] = rooms();
     for &hardware in gpu.tracers() {
-        let mut runners = RunnerPair::open(&gpu, hardware, &stored, &settings);
+        let mut runners = RunnerPair::open(&gpu, hardware, &stored, &config);
         let rays = rays::through(&stored, 10_000);
         runners.write("rays", &rays);
         runners.step(&STEP_HIT, rays.len());

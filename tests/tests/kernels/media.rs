@@ -1,10 +1,9 @@
 //! Media: where solids overlap, that of the highest priority is there; and where a surface is open, nothing depends on
 //! where one stands.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::features::Features;
@@ -14,7 +13,6 @@ use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::emit::EmissionSample;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
 use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix};
 use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
@@ -59,8 +57,8 @@ fn overlapping_plates_bend_once() {
             b.panel(floor, DVec3::new(0.0, -3.0, 0.0), 20.0 * DVec3::Z, 20.0 * DVec3::X);
             b.camera(DVec3::new(-2.0, 3.0, 0.0), DVec3::new(0.0, 1.0, 0.0), 1e-4);
             let scene = b.build();
-            let settings = Settings { max_bounces: 5, ..settings(8, 8) };
-            let seen = World::new(&scene, &settings).collect();
+            let config = RenderConfig { max_bounces: 5, ..config(8, 8) };
+            let seen = World::new(&scene, &config).collect();
             let on_floor =
                 seen.iter().map(|path| path.point.geometry.position).filter(|position| position.y < -2.9);
             let mut on_floor: Vec<_> = on_floor.map(|position| f64::from(position.x)).collect();
@@ -91,11 +89,16 @@ fn a_passive_stack_shows_no_more_than_its_surroundings() {
         b.block(sky, DVec3::splat(-30.0), DVec3::splat(30.0), true);
         b.camera(DVec3::new(-2.0, 4.0, 0.5), DVec3::new(0.0, 1.0, 0.0), 1.2);
         let scene = b.build();
-        let settings = Settings { max_bounces: 60, ..settings(48, 32) };
+        let config = RenderConfig { max_bounces: 60, ..config(48, 32) };
         let features = scene.features(0.25);
-        let mut session =
-            Session::new(&CPU, &scene, &scene.cameras[0], &settings, &PATH, &PHOTONS_GRID, features)
-                .expect("a session opens");
+        let mut session = Session::new(
+            &CPU,
+            &scene,
+            &scene.cameras[0],
+            &RenderConfig { method: &PATH, ..config.clone() },
+            features,
+        )
+        .expect("a session opens");
         session.frame(0).expect("a frame runs");
         let radiance: Vec<f32> = session.image().expect("an image").path.iter().map(|v| v.x).collect();
         let max_radiance = radiance.iter().copied().fold(0.0, f32::max);
@@ -134,12 +137,11 @@ fn a_bottle_of_water_is_a_hole_full_of_water() {
         b.camera(DVec3::new(0.3, 0.6, 1.9), DVec3::ZERO, 0.9);
         b.build()
     };
-    let settings = Settings { max_bounces: 8, light_paths: Paths::Count(20_000), ..settings(48, 36) };
+    let config = RenderConfig { max_bounces: 8, light_paths: Paths::Count(20_000), ..config(48, 36) };
     let frame = |scene: &Scene| {
         let features = scene.features(0.25);
         let mut session =
-            Session::new(&CPU, scene, &scene.cameras[0], &settings, &BASIC, &PHOTONS_GRID, features)
-                .expect("a session opens");
+            Session::new(&CPU, scene, &scene.cameras[0], &config, features).expect("a session opens");
         session.frame(0).expect("a frame runs");
         let counters = session.counters().expect("counters");
         // At edges, by rounding: few of some 60,000 segments.
@@ -205,7 +207,7 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
     b.light(DVec3::new(0.0, 1.9, 0.0), 1.0);
     b.camera(DVec3::new(0.0, 0.0, 1.9), DVec3::ZERO, 0.5);
     let scene = b.build();
-    let world = World::new(&scene, &Settings { max_bounces: 12, ..settings(1, 1) });
+    let world = World::new(&scene, &RenderConfig { max_bounces: 12, ..config(1, 1) });
     let mut compared = 0;
     for index in 0..400 {
         let mut rng = Rng::new(Stream::Camera, 5, index, 0);
@@ -295,12 +297,8 @@ fn direct_light_passes_a_covered_face() {
         b.light(DVec3::new(0.0, 0.8, 0.0), 1.0);
         b.camera(DVec3::new(0.0, 4.0, 0.0), DVec3::ZERO, 0.1);
         let scene = b.build();
-        let settings = Settings { max_bounces: 3, ..settings(16, 16) };
-        World::new(&scene, &settings)
-            .collect()
-            .iter()
-            .map(|path| path.light.radiance.as_dvec3())
-            .sum::<DVec3>()
+        let config = RenderConfig { max_bounces: 3, ..config(16, 16) };
+        World::new(&scene, &config).collect().iter().map(|path| path.light.radiance.as_dvec3()).sum::<DVec3>()
     };
     let (covered, open) = (seen(true), seen(false));
     // Clearances of 16 ulp at two faces, and their absorption.
@@ -424,16 +422,16 @@ fn under_an_open_surface(eye: DVec3, view: f32) -> Scene {
 
 /// Mean of all pixels, and its error over the frames.
 fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3] {
-    let settings = Settings {
+    let config = RenderConfig {
         seed,
         light_paths: Paths::Count(8000),
         pixel_filter: PixelFilter::Box,
-        ..settings(24, 18)
+        ..config(24, 18)
     };
     let method = if progressive { &caustics_kernels::method::progressive::PROGRESSIVE } else { &PATH };
     let features = scene.features(0.25);
     let mut session =
-        Session::new(&CPU, scene, &scene.cameras[0], &settings, method, &PHOTONS_GRID, features)
+        Session::new(&CPU, scene, &scene.cameras[0], &RenderConfig { method, ..config.clone() }, features)
             .expect("a session opens");
     let mut sums = [const { Vec::new() }; 3];
     for frame in 0..frames {
@@ -474,6 +472,6 @@ fn progressive_and_reference_agree_under_an_open_sheet() {
     }
 }
 
-fn settings(width: u32, height: u32) -> Settings {
-    Settings { width, height, light_paths: Paths::Count(1), ..Settings::default() }
+fn config(width: u32, height: u32) -> RenderConfig {
+    RenderConfig { width, height, light_paths: Paths::Count(1), ..RenderConfig::default() }
 }

@@ -4,10 +4,9 @@
 
 use std::collections::BTreeSet;
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::{Edits, LoadOptions, NodeEdit, Scene};
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -209,18 +208,19 @@ const FRAMES: u32 = 24;
 /// Sums of an image's columns and rows in the middle, where the marble is seen, and of all, frame by frame.
 fn rendered(scene: &Scene, seed: u32) -> [Mean; 2] {
     let [width, height] = SIZE;
-    let settings = Settings {
+    let config = RenderConfig {
         width,
         height,
         seed,
         max_bounces: 10,
         pixel_filter: PixelFilter::Box,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
     let (runner, features) = (RunnerChoice::Cpu { threads: 0 }, scene.features(0.25));
     let camera = &scene.cameras[0];
-    let mut session = Session::new(&runner, scene, camera, &settings, &PATH, &PHOTONS_GRID, features)
-        .expect("a session opens");
+    let mut session =
+        Session::new(&runner, scene, camera, &RenderConfig { method: &PATH, ..config.clone() }, features)
+            .expect("a session opens");
     let mut sums = [const { Vec::new() }; 2];
     for frame in 0..FRAMES {
         session.frame(frame).expect("a frame runs");
@@ -301,8 +301,8 @@ fn no_face_parts_solids_of_one_material_that_overlap() {
     };
     let scene = load(&shape, Kept::Copies);
     assert!(scene.materials.len() > scene.material_names.len(), "the marble has a record of its own");
-    let settings = Settings { width: 8, height: 8, max_bounces: 8, ..Settings::default() };
-    let world = caustics_tests::direct::World::new(&scene, &settings);
+    let config = RenderConfig { width: 8, height: 8, max_bounces: 8, ..RenderConfig::default() };
+    let world = caustics_tests::direct::World::new(&scene, &config);
     let at = [Vec3::new(0.0, 0.0, 0.55), Vec3::new(0.0, 0.0, 0.3), Vec3::new(0.45, 0.45, 0.45)];
     assert_eq!(indices(&scene, &at), [1.5, 1.5, 1.33]);
     // Along the view: into the marble's front, which reaches out of the cup; out of it into water; out of that into the wall,

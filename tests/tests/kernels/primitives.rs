@@ -1,7 +1,7 @@
 //! A mesh of several primitives: leaves with holes and a ball of glass in one mesh are what they are in two.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{LoadOptions, Scene};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::pass::step::STEP_HIT;
@@ -117,10 +117,14 @@ fn holes_and_glass_in_one_mesh_look_as_in_two() {
         assert_eq!(features.has(Features::INSTANCES), storage != Storage::Copied);
         assert_eq!(rooms[0].warnings, rooms[1].warnings);
         assert_eq!(rooms[0].materials, rooms[1].materials);
-        let settings =
-            Settings { width: 96, height: 60, light_paths: Paths::Count(20_000), ..Settings::default() };
+        let config = RenderConfig {
+            width: 96,
+            height: 60,
+            light_paths: Paths::Count(20_000),
+            ..RenderConfig::default()
+        };
         let [apart, merged] =
-            rooms.map(|scene| render(&scene, &settings, "photons-grid", None, 0, 2).remove(1).0);
+            rooms.map(|scene| render(&scene, &config, "photons-grid", None, 0, 2).remove(1).0);
         let differs = |a: &[Vec3], b: &[Vec3]| {
             a.iter().zip(b).filter(|(a, b)| (**a - **b).length() > 1e-3 * a.length()).count()
         };
@@ -144,16 +148,17 @@ fn holes_and_glass_in_one_mesh_look_as_in_two() {
 #[test]
 fn runners_agree_on_holes_and_glass_in_one_mesh() {
     let Some(gpu) = gpu() else { return };
-    let settings = Settings { width: 32, height: 32, light_paths: Paths::Count(1024), ..Settings::default() };
+    let config =
+        RenderConfig { width: 32, height: 32, light_paths: Paths::Count(1024), ..RenderConfig::default() };
     let [_, scene] = rooms(Storage::Once);
-    let features = scene.features(settings.specular_roughness);
+    let features = scene.features(config.specular_roughness);
     let mut tracer = scene.tracer(features);
     let rays: Vec<Ray> = rays::through(&scene, 20_000);
     let hits: Vec<Hit> = rays.iter().map(|ray| tracer.closest(ray)).collect();
     // Rays that go on from what they hit pass holes and glass from both sides.
     let rays = [rays.clone(), rays::from_surfaces(&scene, &rays, &hits)].concat();
     for &hardware in gpu.tracers() {
-        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
+        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &config);
         runners.write("rays", &rays);
         runners.step(&STEP_HIT, rays.len());
         let (cpu, device) = runners.head::<Hit>("hits", rays.len());

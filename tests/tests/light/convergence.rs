@@ -3,15 +3,14 @@
 //! A point light beside a plane mirror: the caustic on the floor is that of a virtual light behind the mirror, known in
 //! closed form. Two bounces at most, so that nothing else is in that layer; the walls' light is in the other one.
 
-use caustics::settings::{Paths, Radius};
+use caustics::render_config::{Paths, Radius};
 use std::f64::consts::PI;
 use std::fmt::Write;
 
 use caustics::accumulation::Accumulation;
+use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_tests::scenes::*;
@@ -38,8 +37,8 @@ fn scene() -> Scene {
     b.build()
 }
 
-fn settings(light_paths: u32, seed: u32) -> Settings {
-    Settings {
+fn config(light_paths: u32, seed: u32) -> RenderConfig {
+    RenderConfig {
         width: WIDTH,
         height: HEIGHT,
         light_paths: Paths::Count(light_paths),
@@ -47,7 +46,7 @@ fn settings(light_paths: u32, seed: u32) -> Settings {
         radius: Radius::Px(8.0),
         pixel_filter: PixelFilter::Box,
         seed,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
@@ -86,11 +85,17 @@ fn mean_square(layer: &[Vec3], reference: &[f64]) -> f64 {
 }
 
 /// Runs to `frames` frames and hands the mean to `look` at every power of two.
-fn progressive(scene: &Scene, settings: &Settings, frames: u32, mut look: impl FnMut(u32, &Accumulation)) {
-    let features = scene.features(settings.specular_roughness);
+fn progressive(scene: &Scene, config: &RenderConfig, frames: u32, mut look: impl FnMut(u32, &Accumulation)) {
+    let features = scene.features(config.specular_roughness);
     let (choice, camera) = (RunnerChoice::Cpu { threads: 0 }, &scene.cameras[0]);
-    let mut session =
-        Session::new(&choice, scene, camera, settings, &PROGRESSIVE, &PHOTONS_GRID, features).unwrap();
+    let mut session = Session::new(
+        &choice,
+        scene,
+        camera,
+        &RenderConfig { method: &PROGRESSIVE, ..config.clone() },
+        features,
+    )
+    .unwrap();
     let mut sums = Accumulation::default();
     for frame in 0..frames {
         session.frame(frame).unwrap();
@@ -169,7 +174,7 @@ mod long {
         let caustic_reference = virtual_light();
         let mut path_reference = Vec::new();
         // Camera paths alone find it.
-        progressive(&scene, &settings(1, 99), 16_384, |frames, sums| {
+        progressive(&scene, &config(1, 99), 16_384, |frames, sums| {
             if frames == 16_384 {
                 path_reference = sums.mean().path.iter().map(|value| f64::from(value.x)).collect();
             }
@@ -177,7 +182,7 @@ mod long {
         let runs = 4;
         let mut errors = vec![(0.0, 0.0); 11];
         for seed in 0..runs {
-            progressive(&scene, &settings(20_000, seed), 1024, |frames, sums| {
+            progressive(&scene, &config(20_000, seed), 1024, |frames, sums| {
                 let mean = sums.mean();
                 let error = &mut errors[frames.trailing_zeros() as usize];
                 error.0 += mean_square(&mean.caustics, &caustic_reference) / f64::from(runs);

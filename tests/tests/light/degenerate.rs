@@ -6,9 +6,9 @@
 //! `every_gather_does_without_nine_points_in_ten`); files moved by 1e5 in `invariances.rs` (`moved_scenes_look_the_same`).
 
 use caustics::counters::Counters;
+use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::{LightShape, PunctualLight, Scene, SceneError, SceneParts};
-use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::material::Material;
@@ -18,8 +18,8 @@ use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
 
-fn frame(scene: &Scene, settings: &Settings) -> (RenderedImage, Counters) {
-    render(scene, settings, "photons-grid", None, 0, 1).remove(0)
+fn frame(scene: &Scene, config: &RenderConfig) -> (RenderedImage, Counters) {
+    render(scene, config, "photons-grid", None, 0, 1).remove(0)
 }
 
 fn assert_sound(image: &RenderedImage, counters: &Counters) {
@@ -49,16 +49,16 @@ fn far_away(away: f64) -> Scene {
 /// per cent.
 #[test]
 fn radius_below_an_ulp_is_kept_above_it_and_the_light_stays() {
-    let settings =
-        Settings { width: 4, height: 4, light_paths: Paths::Count(200_000), ..Settings::default() };
+    let config =
+        RenderConfig { width: 4, height: 4, light_paths: Paths::Count(200_000), ..RenderConfig::default() };
     // The virtual light is 60 m away, and the floor is seen in its inner cone.
     let expected = f64::from(0.6 / PI) * 1000.0 / 3600.0;
     for away in [0.0, 1e5] {
         let scene = far_away(away);
         // Near the origin the discs are widened to the floor of the radius far away, 4 ulp of 1e5 m.
         let radius_px = if away == 0.0 { 105.6 } else { 1.0 };
-        let settings = Settings { radius: Radius::Px(radius_px), ..settings };
-        let frames = render(&scene, &settings, "photons-grid", None, 0, 20);
+        let config = RenderConfig { radius: Radius::Px(radius_px), ..config };
+        let frames = render(&scene, &config, "photons-grid", None, 0, 20);
         let means: Vec<f64> = frames.iter().map(|(image, _)| mean_of(&image.caustics)).collect();
         let (mean, error) = mean_and_error(&means);
         let radius = frames[0].0.radius[0];
@@ -108,7 +108,7 @@ fn spoiled(
 /// refused: no number of it reaches a kernel.
 #[test]
 fn zero_area_is_dropped_and_counted_and_not_a_number_is_refused() {
-    let settings = Settings { width: 16, height: 16, ..Settings::default() };
+    let config = RenderConfig { width: 16, height: 16, ..RenderConfig::default() };
     let plain = spoiled(|_, _, _| ()).unwrap();
     let flat = spoiled(|triangles, surfaces, _| {
         let p = Vec3::new(0.3, 0.5, 0.1);
@@ -119,7 +119,7 @@ fn zero_area_is_dropped_and_counted_and_not_a_number_is_refused() {
     })
     .unwrap();
     assert_eq!((plain.dropped_triangles, flat.dropped_triangles), (0, 4));
-    assert_eq!(frame(&plain, &settings).0, frame(&flat, &settings).0);
+    assert_eq!(frame(&plain, &config).0, frame(&flat, &config).0);
 
     let direction = Vec3::new(f32::NAN, 0.0, 0.0);
     for bad in [f32::NAN, f32::INFINITY, 1e30] {
@@ -140,15 +140,16 @@ fn zero_area_is_dropped_and_counted_and_not_a_number_is_refused() {
 fn odd_sizes_render_every_pixel() {
     let scene = mixed_room().build();
     for (width, height) in [(1, 1), (1, 7), (7, 1), (1917, 1079)] {
-        let settings = Settings { width, height, light_paths: Paths::Count(20_000), ..Settings::default() };
-        let (image, counters) = frame(&scene, &settings);
+        let config =
+            RenderConfig { width, height, light_paths: Paths::Count(20_000), ..RenderConfig::default() };
+        let (image, counters) = frame(&scene, &config);
         assert_sound(&image, &counters);
         let pixels = (width * height) as usize;
         assert_eq!((image.path.len(), image.caustics.len(), image.radius.len()), (pixels, pixels, pixels));
         assert!(mean_of(&image.path) > 0.01, "{width} x {height} is dark");
 
         // Path by path on this thread, all pixels of a small image and 500 of a large one.
-        let world = World::new(&scene, &settings);
+        let world = World::new(&scene, &config);
         let (mut tracer, mut tally) = (world.tracer(), Tally::default());
         for pixel in (0..pixels).step_by((pixels / 500).max(1)).chain([pixels - 1]) {
             let own = caustics_kernels::pass::collect::camera_path(
@@ -170,14 +171,14 @@ fn odd_sizes_render_every_pixel() {
 fn one_light_path_a_frame_gives_the_same_mean() {
     let scene = far_away(0.0);
     let with = |light_paths, frames| {
-        let settings = Settings {
+        let config = RenderConfig {
             width: 16,
             height: 16,
             light_paths: Paths::Count(light_paths),
             radius: Radius::Px(40_000.0),
-            ..Settings::default()
+            ..RenderConfig::default()
         };
-        let frames = render(&scene, &settings, "photons-grid", None, 0, frames);
+        let frames = render(&scene, &config, "photons-grid", None, 0, frames);
         frames.iter().for_each(|(image, counters)| {
             assert_sound(image, counters);
             assert_eq!(counters.get(Counter::LightPaths), u64::from(light_paths));
@@ -203,17 +204,17 @@ fn grazing_footprints_are_finite_and_bounded() {
     b.camera(DVec3::new(0.0, 0.01, 0.0), DVec3::new(0.0, 0.0, -5.0), 0.01);
     let scene = b.build();
     let radius_px = 30.0;
-    let settings = Settings {
+    let config = RenderConfig {
         width: 32,
         height: 32,
         light_paths: Paths::Count(100_000),
         radius: Radius::Px(radius_px),
-        ..Settings::default()
+        ..RenderConfig::default()
     };
-    let (image, counters) = frame(&scene, &settings);
+    let (image, counters) = frame(&scene, &config);
     assert_sound(&image, &counters);
     assert!(mean_of(&image.caustics) > 0.0, "the test has lost its caustics");
-    let world = World::new(&scene, &settings);
+    let world = World::new(&scene, &config);
     let mut grazing = 0;
     for collected in world.collect().iter().filter(|c| c.point.geometry.depth == 1) {
         let geometry = collected.point.geometry;
@@ -232,8 +233,8 @@ fn grazing_footprints_are_finite_and_bounded() {
 #[test]
 fn what_is_missing_leaves_its_layer_black() {
     let black = |layer: &[Vec3]| layer.iter().all(|value| *value == Vec3::ZERO);
-    let settings =
-        Settings { width: 32, height: 24, light_paths: Paths::Count(20_000), ..Settings::default() };
+    let config =
+        RenderConfig { width: 32, height: 24, light_paths: Paths::Count(20_000), ..RenderConfig::default() };
     let scene = |lit: bool, caster: Material, wall: Material, eye: DVec3| {
         let mut b = Builder::default();
         let (wall, caster) = (b.material(wall), b.material(caster));
@@ -246,20 +247,20 @@ fn what_is_missing_leaves_its_layer_black() {
         b.build()
     };
     let (mirror, grey, above) = (metal(1.0, 0.0), lambert(0.5), DVec3::new(0.0, 3.0, 0.5));
-    let whole = frame(&scene(true, mirror, grey, above), &settings);
+    let whole = frame(&scene(true, mirror, grey, above), &config);
     assert!(mean_of(&whole.0.caustics) > 0.0 && mean_of(&whole.0.path) > 0.0);
 
     // What is missing; whether direct light is left; whether light paths are shot.
-    let none = Settings { light_paths: Paths::Count(0), ..settings.clone() };
+    let none = RenderConfig { light_paths: Paths::Count(0), ..config.clone() };
     let cases = [
-        ("light", scene(false, mirror, grey, above), &settings, false, false),
-        ("caster", scene(true, grey, grey, above), &settings, true, false),
-        ("receiver", scene(true, mirror, mirror, above), &settings, false, false),
-        ("thing in sight", scene(true, mirror, grey, -above), &settings, false, true),
+        ("light", scene(false, mirror, grey, above), &config, false, false),
+        ("caster", scene(true, grey, grey, above), &config, true, false),
+        ("receiver", scene(true, mirror, mirror, above), &config, false, false),
+        ("thing in sight", scene(true, mirror, grey, -above), &config, false, true),
         ("light path", scene(true, mirror, grey, above), &none, true, false),
     ];
-    for (missing, scene, settings, direct, shot) in cases {
-        let (image, counters) = frame(&scene, settings);
+    for (missing, scene, config, direct, shot) in cases {
+        let (image, counters) = frame(&scene, config);
         assert_sound(&image, &counters);
         assert!(black(&image.caustics), "no {missing}");
         assert_eq!(black(&image.path), !direct, "no {missing}");
@@ -277,9 +278,9 @@ fn nine_pixels_in_ten_without_a_point_stay_black() {
     b.panel(mirror, DVec3::new(0.0, 1.0, -1.0), DVec3::X, DVec3::Y);
     b.light(DVec3::new(0.0, 1.5, 0.5), 3.0);
     b.camera(DVec3::new(0.0, 2.0, 0.0), DVec3::ZERO, 0.76);
-    let settings =
-        Settings { width: 64, height: 64, light_paths: Paths::Count(400_000), ..Settings::default() };
-    let (image, counters) = frame(&b.build(), &settings);
+    let config =
+        RenderConfig { width: 64, height: 64, light_paths: Paths::Count(400_000), ..RenderConfig::default() };
+    let (image, counters) = frame(&b.build(), &config);
     assert_sound(&image, &counters);
     let there = image.depth.iter().filter(|depth| **depth > 0.0).count() as f64 / 4096.0;
     println!("{:.1} % of the pixels have a point", 100.0 * there);
@@ -305,28 +306,28 @@ fn caustics_that_starve_are_told() {
         b.camera(DVec3::new(0.0, 2.0, 3.0), DVec3::ZERO, 0.7);
         b.build()
     };
-    let settings =
-        Settings { width: 16, height: 9, light_paths: Paths::Count(1 << 16), ..Settings::default() };
-    let warnings = frame(&on_floor(300.0), &settings).1.warnings();
+    let config =
+        RenderConfig { width: 16, height: 9, light_paths: Paths::Count(1 << 16), ..RenderConfig::default() };
+    let warnings = frame(&on_floor(300.0), &config).1.warnings();
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
         ["starve", "of 65536 light paths", "--light-paths", "bounds"]
             .iter()
             .all(|word| warnings[0].contains(word))
     );
-    assert_eq!(frame(&on_floor(3.0), &settings).1.warnings(), [""; 0]);
+    assert_eq!(frame(&on_floor(3.0), &config).1.warnings(), [""; 0]);
     // Fewer may miss at random.
-    let few = Settings { light_paths: Paths::Count(1000), ..settings.clone() };
+    let few = RenderConfig { light_paths: Paths::Count(1000), ..config.clone() };
     assert_eq!(frame(&on_floor(300.0), &few).1.warnings(), [""; 0]);
 
     for name in caustics_scenes::NAMES {
-        let counters = frame(&committed(name), &settings).1;
+        let counters = frame(&committed(name), &config).1;
         let (paths, photons) = (counters.get(Counter::LightPaths), counters.get(Counter::Photons));
         println!("{name}: {photons} photons of {paths} light paths");
         if name == "uplight" {
             // What its lamp lights first is matte.
             assert!(counters.warnings()[0].contains("--caustics any"));
-            let any = Settings { caustics: Caustics::Any, ..settings.clone() };
+            let any = RenderConfig { caustics: Caustics::Any, ..config.clone() };
             assert_eq!(frame(&committed(name), &any).1.warnings(), [""; 0]);
             continue;
         }

@@ -2,15 +2,14 @@
 //! normals are not the faces'; what is absorbed is computed apart from what the sampled paths leave over.
 
 use caustics::energy::EnergyLedger;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
-use caustics_kernels::gather::variant;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::{PAPER, VALIDATED};
 use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
-use caustics_kernels::method::basic::BASIC;
 use caustics_tests::direct::{Beam, World};
 use caustics_tests::energy::{ledger, ledgers, share};
 use caustics_tests::gpu::gpu;
@@ -24,21 +23,21 @@ use glam::{DVec3, Vec3};
 const PATHS: u32 = 32_768;
 
 /// Light paths that follow every lobe from their first surface on: all energy is in the ledger.
-fn settings(max_bounces: u32) -> Settings {
+fn config(max_bounces: u32) -> RenderConfig {
     let caustics = Caustics::Any;
-    Settings {
+    RenderConfig {
         width: 8,
         height: 8,
         light_paths: Paths::Count(PATHS),
         max_bounces,
         caustics,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
 /// Ledgers of a scene's own lights.
 fn scene_ledgers(scene: &Scene, max_bounces: u32, frames: u32) -> Vec<EnergyLedger> {
-    let world = World::new(scene, &settings(max_bounces));
+    let world = World::new(scene, &config(max_bounces));
     ledgers(&world, &world.by_power(), 0..frames)
 }
 
@@ -103,7 +102,7 @@ fn rough_glass_absorbs_what_single_scattering_loses() {
         b.panel(frosted, DVec3::ZERO, 5.0 * DVec3::Z, 5.0 * DVec3::X);
         b.camera(DVec3::Y, DVec3::ZERO, 1.0);
         let scene = b.build();
-        let mut world = World::new(&scene, &settings(4));
+        let mut world = World::new(&scene, &config(4));
         // The scene has no light of its own to take the unit from.
         world.params.quantum = 2.0f32.powi(-40);
         let cos = 0.6;
@@ -190,7 +189,7 @@ fn rooms_balance(caustics: Caustics, names: &[&str], max_frames: u32, bound: f64
         "shares of what is emitted: absorbed, cut, shading normals, left to the camera; residual +- standard error"
     );
     for (name, scene) in rooms.into_iter().filter(|(name, _)| names.is_empty() || names.contains(name)) {
-        let world = World::new(&scene, &Settings { caustics, ..settings(10) });
+        let world = World::new(&scene, &RenderConfig { caustics, ..config(10) });
         let more = |frames| ledgers(&world, &world.by_power(), frames);
         let residual = |all: &[EnergyLedger]| share(all, |e| e.residual * e.emitted);
         let mut frames = max_frames.min(64);
@@ -279,7 +278,7 @@ fn coarse_smooth_meshes_balance() {
 #[test]
 fn detects_a_lobe_that_is_never_sampled() {
     let scene = furnished(coated(0.6, 0.4), coated(0.5, 0.4));
-    let mut world = World::new(&scene, &settings(10));
+    let mut world = World::new(&scene, &config(10));
     assert!(world.features.has(Features::COAT));
     world.features = Features(world.features.0 & !Features::COAT.0);
     let residual = share(&ledgers(&world, &world.by_power(), 0..32), |e| e.residual * e.emitted);
@@ -336,10 +335,15 @@ fn endless_total_reflection_ends_and_is_counted_as_cut() {
 
 /// Energies and the caustic image of a frame through a session.
 fn session(choice: &RunnerChoice, scene: &Scene, features: Features) -> (EnergyLedger, Vec<Vec3>) {
-    let settings = Settings { width: 48, height: 27, ..settings(6) };
-    let gather = variant::find("photons-grid").unwrap();
-    let mut session =
-        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, gather, features).unwrap();
+    let config = RenderConfig { width: 48, height: 27, ..config(6) };
+    let mut session = Session::new(
+        choice,
+        scene,
+        &scene.cameras[0],
+        &RenderConfig { gather: Some(&PHOTONS_GRID), ..config.clone() },
+        features,
+    )
+    .unwrap();
     session.frame(3).unwrap();
     (session.energy().unwrap(), session.image().unwrap().caustics)
 }
@@ -354,8 +358,8 @@ fn the_ledger_is_deterministic_and_disturbs_nothing() {
     assert!(one.0.emitted > 0.0 && one.0.absorbed > 0.0);
     assert_eq!(one, three);
     // Nor does it matter that workers add up on their own first.
-    let settings = Settings { width: 48, height: 27, ..settings(6) };
-    let world = World::new(&scene, &settings);
+    let config = RenderConfig { width: 48, height: 27, ..config(6) };
+    let world = World::new(&scene, &config);
     assert_eq!(one.0, ledger(&world, &world.by_power(), 3));
     let without = session(&RunnerChoice::Cpu { threads: 2 }, &scene, features);
     assert_eq!(without.0, EnergyLedger::default());
@@ -402,15 +406,19 @@ mod release {
     fn the_validated_history_keeps_the_energy_of_what_moves() {
         for (width, height, paths, frames) in [(192, 108, 0.5, 24), (64, 36, 200.0, 8)] {
             let light_paths = (paths * f64::from(width * height)) as u32;
-            let settings =
-                Settings { width, height, light_paths: Paths::Count(light_paths), ..Settings::default() };
+            let config = RenderConfig {
+                width,
+                height,
+                light_paths: Paths::Count(light_paths),
+                ..RenderConfig::default()
+            };
             for moving in Moving::ALL {
                 let mut seeds = 2;
-                let [mut validated, paper] = kept(moving, [&VALIDATED, &PAPER], &settings, frames, seeds);
+                let [mut validated, paper] = kept(moving, [&VALIDATED, &PAPER], &config, frames, seeds);
                 while validated.error > 0.01 {
                     seeds *= 2;
                     assert!(seeds < 100, "the test has lost its subject: {validated:?}");
-                    [validated] = kept(moving, [&VALIDATED], &settings, frames, seeds);
+                    [validated] = kept(moving, [&VALIDATED], &config, frames, seeds);
                 }
                 println!(
                     "{moving:?}, {paths} paths a pixel: {:.4} +- {:.4}, {seeds} seeds; paper {:.3}",

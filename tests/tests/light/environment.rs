@@ -1,8 +1,8 @@
 //! Light from all around: where its image lies, how directions are sampled, and what it makes of a scene.
 
+use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::RunnerChoice;
-use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::emission::{AIMED, GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::{Caustics, LightSampler, PixelFilter};
@@ -100,7 +100,7 @@ fn the_square_of_directions_keeps_areas_and_comes_back() {
 #[test]
 fn connections_follow_their_density_and_bring_the_irradiance() {
     let scene = put(ball(lambert(0.5)), sky());
-    let world = World::new(&scene, &Settings::default());
+    let world = World::new(&scene, &RenderConfig::default());
     let light = scene.lights[0];
     let (mut irradiances, mut measures, mut suns) = (vec![], vec![], 0);
     for path in 0..SAMPLES {
@@ -151,14 +151,14 @@ fn integral(scene: &Scene, weight: impl Fn(Vec3) -> f32) -> (f64, f64) {
     (sum, measure)
 }
 
-fn settings(seed: u32) -> Settings {
-    Settings {
+fn config(seed: u32) -> RenderConfig {
+    RenderConfig {
         width: 64,
         height: 48,
         pixel_filter: PixelFilter::Box,
         radius: Radius::Px(0.3),
         seed,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
@@ -175,8 +175,8 @@ fn in_a_furnace_lossless_things_cannot_be_seen() {
     ] {
         let scene = put(ball(material), furnace.clone());
         for (method, frames) in [(&PATH, 64), (&BASIC, 64)] {
-            let settings = Settings { max_bounces: 24, light_paths: Paths::Count(20_000), ..settings(5) };
-            let blocks = Blocks::render(&CPU, &scene, &settings, method, &PHOTONS_GRID, frames);
+            let config = RenderConfig { max_bounces: 24, light_paths: Paths::Count(20_000), ..config(5) };
+            let blocks = Blocks::render(&CPU, &scene, &config, method, &PHOTONS_GRID, frames);
             // The block in the middle of the ball, and one in a corner, of eight by six.
             let (middle, corner) = (blocks.block(3 * 8 + 4), blocks.block(0));
             println!("{what}, {}: {middle:?}", method.name);
@@ -218,7 +218,7 @@ fn every_way_finds_the_light_of_the_sky() {
         Vec3::new(0.3, 0.4, 0.6) * up + if is_bright { Vec3::new(6.0, 5.0, 4.0) } else { Vec3::ZERO }
     };
     let scene = open_sky(EnvironmentMap::new(width, height, (0..width * height).map(texel).collect()));
-    let reference_settings = Settings { light_sampler: LightSampler::Power, ..settings(1) };
+    let reference_settings = RenderConfig { light_sampler: LightSampler::Power, ..config(1) };
     let reference = Blocks::render(&CPU, &scene, &reference_settings, &PATH, &PHOTONS_GRID, 375);
     let mut faults = Vec::new();
     for (caustics, emission) in [
@@ -227,8 +227,8 @@ fn every_way_finds_the_light_of_the_sky() {
         (Caustics::First, &POWER),
         (Caustics::Any, &POWER),
     ] {
-        let settings = Settings { light_paths: Paths::Count(12_000), caustics, emission, ..settings(2) };
-        let split = Blocks::render(&CPU, &scene, &settings, &PROGRESSIVE, &PHOTONS_GRID, 100);
+        let config = RenderConfig { light_paths: Paths::Count(12_000), caustics, emission, ..config(2) };
+        let split = Blocks::render(&CPU, &scene, &config, &PROGRESSIVE, &PHOTONS_GRID, 100);
         let scores = split.scores(&reference);
         println!("{caustics:?}, {}: {scores:?}, caustic share {:.3}", emission.name, split.caustic_share);
         assert!(scores.ratio_error < 0.01 && split.caustic_share > 0.01, "the test has lost its subject");
@@ -254,9 +254,9 @@ fn a_sun_in_the_picture_is_a_directional_light() {
     plain.directional(-from, power as f32);
     let plain = plain.build();
     let render = |scene: &Scene, seed| {
-        let settings =
-            Settings { light_paths: Paths::Count(12_000), radius: Radius::Px(2.0), ..settings(seed) };
-        Blocks::render(&CPU, scene, &settings, &BASIC, &PHOTONS_GRID, 400)
+        let config =
+            RenderConfig { light_paths: Paths::Count(12_000), radius: Radius::Px(2.0), ..config(seed) };
+        Blocks::render(&CPU, scene, &config, &BASIC, &PHOTONS_GRID, 400)
     };
     let (sun, directional) = (render(&sunny, 1), render(&plain, 2));
     println!("caustic share {:.4}, {:.4}", sun.caustic_share, directional.caustic_share);
@@ -348,14 +348,14 @@ fn a_sun_in_the_picture_shines_through_a_lens_as_a_directional_light_does() {
     let paths = 1_500_000;
     let radii = [0.03, 0.04, 0.05, 0.1];
     let shares = |scene: &Scene| {
-        let settings = Settings {
+        let config = RenderConfig {
             width: 8,
             height: 8,
             light_paths: Paths::Count(paths),
             max_bounces: 4,
-            ..Settings::default()
+            ..RenderConfig::default()
         };
-        let world = World::new(scene, &settings);
+        let world = World::new(scene, &config);
         let photons = world.shoot(&world.by_power());
         radii.map(|radius| {
             let near = |p: Vec3| (p.as_dvec3() - foot).length() <= radius;
@@ -382,15 +382,15 @@ fn a_sun_in_the_picture_shines_through_a_lens_as_a_directional_light_does() {
 #[test]
 fn the_ledger_of_the_sky_closes() {
     let scene = open_sky(sky());
-    let settings = Settings {
+    let config = RenderConfig {
         width: 8,
         height: 8,
         light_paths: Paths::Count(1 << 16),
         max_bounces: 8,
         caustics: Caustics::Any,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
-    let world = World::new(&scene, &settings);
+    let world = World::new(&scene, &config);
     let energy = ledger(&world, &world.by_power(), 0);
     println!("{energy:?}");
     let emitted = f64::from(scene.flux.element_sum());

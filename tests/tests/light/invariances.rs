@@ -1,10 +1,10 @@
 //! O9: what must not change an image, and what must scale it.
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, open};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
@@ -16,12 +16,12 @@ use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use std::path::Path;
 
-fn settings() -> Settings {
-    Settings { width: 64, height: 48, light_paths: Paths::Count(60_000), ..Settings::default() }
+fn config() -> RenderConfig {
+    RenderConfig { width: 64, height: 48, light_paths: Paths::Count(60_000), ..RenderConfig::default() }
 }
 
-fn image(scene: &Scene, settings: &Settings) -> RenderedImage {
-    render(scene, settings, "photons-grid", None, 0, 1).remove(0).0
+fn image(scene: &Scene, config: &RenderConfig) -> RenderedImage {
+    render(scene, config, "photons-grid", None, 0, 1).remove(0).0
 }
 
 fn assert_same(a: &RenderedImage, b: &RenderedImage, what: &str) {
@@ -43,8 +43,8 @@ fn threads_change_no_bit() {
     let scene = mixed_room().build();
     for gather in variant::ALL.iter().filter(|variant| !variant.hardware) {
         let light_paths = if gather.name == "brute" { 2_000 } else { 60_000 };
-        let settings = Settings { light_paths: Paths::Count(light_paths), ..settings() };
-        let runs = [1, 2, 7].map(|threads| render(&scene, &settings, gather.name, None, threads, 2));
+        let config = RenderConfig { light_paths: Paths::Count(light_paths), ..config() };
+        let runs = [1, 2, 7].map(|threads| render(&scene, &config, gather.name, None, threads, 2));
         for frame in 0..2 {
             for run in &runs[1..] {
                 assert_same(&runs[0][frame].0, &run[frame].0, gather.name);
@@ -60,8 +60,8 @@ fn threads_change_no_bit() {
 #[test]
 fn threads_change_no_bit_of_what_blends() {
     let scene = blended_room().build();
-    let settings = Settings { light_paths: Paths::Count(60_000), ..settings() };
-    let runs = [1, 2, 7].map(|threads| render(&scene, &settings, "photons-grid", None, threads, 2));
+    let config = RenderConfig { light_paths: Paths::Count(60_000), ..config() };
+    let runs = [1, 2, 7].map(|threads| render(&scene, &config, "photons-grid", None, threads, 2));
     for frame in 0..2 {
         for run in &runs[1..] {
             assert_same(&runs[0][frame].0, &run[frame].0, "what blends");
@@ -74,7 +74,7 @@ fn threads_change_no_bit_of_what_blends() {
 #[test]
 fn another_seed_draws_other_numbers() {
     let scene = mixed_room().build();
-    let (a, b) = (image(&scene, &settings()), image(&scene, &Settings { seed: 1, ..settings() }));
+    let (a, b) = (image(&scene, &config()), image(&scene, &RenderConfig { seed: 1, ..config() }));
     assert!(differing(&a.path, &b.path) > 64 * 48 / 2);
     assert!(differing(&a.caustics, &b.caustics) > 100);
 }
@@ -87,17 +87,17 @@ const SCENES: [(&str, Make); 2] = [("mixed room", mixed_room), ("open air", open
 #[test]
 fn pictures_scale_with_the_light() {
     for (name, scene) in SCENES {
-        let plain = image(&scene().build(), &settings());
+        let plain = image(&scene().build(), &config());
         assert!(mean_of(&plain.caustics) > 1e-3, "{name} has lost its caustics");
         for exponent in [-20, 20] {
             let scale = 2.0_f32.powi(exponent);
-            let mut scaled = image(&scene().brightened(scale).build(), &settings());
+            let mut scaled = image(&scene().brightened(scale).build(), &config());
             scaled.path.iter_mut().chain(&mut scaled.caustics).for_each(|value| *value /= scale);
             assert_same(&plain, &scaled, &format!("{name}, light x 2^{exponent}"));
         }
         // Other factors: the paths are the same, so rounding alone is seen.
         for scale in [1e-6_f32, 1e6] {
-            let mut scaled = image(&scene().brightened(scale).build(), &settings());
+            let mut scaled = image(&scene().brightened(scale).build(), &config());
             scaled.path.iter_mut().chain(&mut scaled.caustics).for_each(|value| *value /= scale);
             let (path, caustics) =
                 (max_relative(&scaled.path, &plain.path), max_relative(&scaled.caustics, &plain.caustics));
@@ -112,15 +112,15 @@ fn pictures_scale_with_the_light() {
 #[test]
 fn pictures_do_not_depend_on_the_unit_of_length() {
     for (name, scene) in SCENES {
-        let plain = image(&scene().build(), &settings());
+        let plain = image(&scene().build(), &config());
         for exponent in [-10, 13] {
             let scale = 2.0_f32.powi(exponent);
-            let mut scaled = image(&scene().scaled(scale).build(), &settings());
+            let mut scaled = image(&scene().scaled(scale).build(), &config());
             scaled.radius.iter_mut().for_each(|radius| *radius /= scale);
             assert_same(&plain, &scaled, &format!("{name}, lengths x 2^{exponent}"));
         }
         for scale in [1e-3_f32, 0.1, 10.0, 1e4] {
-            let scaled = image(&scene().scaled(scale).build(), &settings());
+            let scaled = image(&scene().scaled(scale).build(), &config());
             let path = mean_of(&scaled.path) / mean_of(&plain.path) - 1.0;
             let caustics = mean_of(&scaled.caustics) / mean_of(&plain.caustics) - 1.0;
             let off =
@@ -137,8 +137,8 @@ fn pictures_do_not_depend_on_the_unit_of_length() {
 
 /// Renders with the scene's needs and with all; the bits to blame are printed.
 fn assert_needs_change_nothing(name: &str, scene: &Scene) {
-    let own = render(scene, &settings(), "photons-grid", None, 0, 1).remove(0);
-    let with = |features| render(scene, &settings(), "photons-grid", Some(features), 0, 1).remove(0);
+    let own = render(scene, &config(), "photons-grid", None, 0, 1).remove(0);
+    let with = |features| render(scene, &config(), "photons-grid", Some(features), 0, 1).remove(0);
     let all = with(Features::ALL);
     if own.0 != all.0 {
         let features = scene.features(0.25);
@@ -202,8 +202,8 @@ fn translated_ring(folder: &Path, by: f64) -> Scene {
 fn moved_scenes_look_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let plain = translated_ring(folder.path(), 0.0);
-    let expected = image(&plain, &settings());
-    assert_same(&expected, &image(&committed("ring"), &settings()), "a root node at the origin");
+    let expected = image(&plain, &config());
+    assert_same(&expected, &image(&committed("ring"), &config()), "a root node at the origin");
     for by in [1e4, 1e5] {
         let moved = translated_ring(folder.path(), by);
         assert!((moved.origin - plain.origin - DVec3::new(by, -by, by)).length() < 1e-9 * by);
@@ -213,7 +213,7 @@ fn moved_scenes_look_the_same() {
             .zip(&moved.triangles)
             .map(|(a, b)| (a.a - b.a).length().max((a.b - b.b).length()).max((a.c - b.c).length()))
             .fold(0.0, f32::max);
-        let got = image(&moved, &settings());
+        let got = image(&moved, &config());
         let path = mean_of(&got.path) / mean_of(&expected.path) - 1.0;
         let caustics = mean_of(&got.caustics) / mean_of(&expected.caustics) - 1.0;
         println!(
@@ -230,15 +230,15 @@ fn moved_scenes_look_the_same() {
 #[test]
 fn batches_change_no_bit() {
     let scene = mixed_room().build();
-    let settings = settings();
-    let features = scene.features(settings.specular_roughness);
-    let variant = variant::find("photons-grid").unwrap();
-    let whole = settings.params(&scene, &scene.cameras[0], 0);
+    let config = config();
+    let features = scene.features(config.specular_roughness);
+    let variant = &variant::PHOTONS_GRID;
+    let whole = config.params(&scene, &scene.cameras[0], 0);
     assert_eq!(whole.light_path_batch, whole.light_path_count, "one batch");
     let caustics = [60_000, 7_001, 1_000].map(|batch| {
         let params = FrameParams {
             light_path_batch: batch,
-            photon_capacity: batch * (settings.max_bounces - 1),
+            photon_capacity: batch * (config.max_bounces - 1),
             ..whole
         };
         let buffers = frame_buffers(&BASIC, variant.into(), &params);
@@ -259,8 +259,8 @@ fn batches_change_no_bit() {
 fn threshold_below_a_delta_mirror_changes_no_bit() {
     let scene = committed("mirror-room");
     let with = |specular_roughness| {
-        let settings = Settings { specular_roughness, ..settings() };
-        render(&scene, &settings, "photons-grid", None, 0, 1).remove(0).0
+        let config = RenderConfig { specular_roughness, ..config() };
+        render(&scene, &config, "photons-grid", None, 0, 1).remove(0).0
     };
     assert_same(&with(0.25), &with(0.0), "threshold 0");
 }

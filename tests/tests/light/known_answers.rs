@@ -29,13 +29,13 @@ mod plains;
 mod rooms;
 mod rough_glass;
 
-use caustics::settings::Paths;
-use caustics::settings::Settings;
+use caustics::render_config::Paths;
+use caustics::render_config::RenderConfig;
 use caustics_tests::scenes::*;
 use glam::DVec3;
 
-fn settings(width: u32, height: u32, light_paths: u32) -> Settings {
-    Settings { width, height, light_paths: Paths::Count(light_paths), ..Settings::default() }
+fn config(width: u32, height: u32, light_paths: u32) -> RenderConfig {
+    RenderConfig { width, height, light_paths: Paths::Count(light_paths), ..RenderConfig::default() }
 }
 
 /// A floor 2 m below the origin that hardly reflects, seen by a camera 3 m above.

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::{LightSampler, PixelFilter};
 use caustics_kernels::method::path::PATH;
@@ -14,15 +14,15 @@ use glam::{DVec3, Vec3};
 
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 
-fn settings(light_sampler: LightSampler, seed: u32) -> Settings {
-    Settings { width: 64, height: 48, light_sampler, seed, ..Settings::default() }
+fn config(light_sampler: LightSampler, seed: u32) -> RenderConfig {
+    RenderConfig { width: 64, height: 48, light_sampler, seed, ..RenderConfig::default() }
 }
 
 /// What frames of path tracing find, block by block.
 fn blocks(scene: &Scene, light_sampler: LightSampler, frames: u32) -> Blocks {
     let seed = light_sampler as u32;
-    let settings = Settings { pixel_filter: PixelFilter::Box, ..settings(light_sampler, seed) };
-    Blocks::render(&CPU, scene, &settings, &PATH, &PHOTONS_GRID, frames)
+    let config = RenderConfig { pixel_filter: PixelFilter::Box, ..config(light_sampler, seed) };
+    Blocks::render(&CPU, scene, &config, &PATH, &PHOTONS_GRID, frames)
 }
 
 /// Few lights and many, of every type, seen by lobes of every width: the same light, block by block.
@@ -71,11 +71,12 @@ fn two_point_lights_leave_no_noise() {
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
     let scene = b.build();
     for (setting, is_clean) in [(LightSampler::Resampled, true), (LightSampler::Power, false)] {
-        let settings = settings(setting, 1);
-        let features = scene.features(settings.specular_roughness);
+        let config = config(setting, 1);
+        let features = scene.features(config.specular_roughness);
         let camera = &scene.cameras[0];
         let mut session =
-            Session::new(&CPU, &scene, camera, &settings, &PATH, &PHOTONS_GRID, features).expect("a session");
+            Session::new(&CPU, &scene, camera, &RenderConfig { method: &PATH, ..config.clone() }, features)
+                .expect("a session");
         let mut worst = 0.0f64;
         for frame in 0..2 {
             session.frame(frame).expect("a frame runs");

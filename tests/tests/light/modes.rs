@@ -1,10 +1,9 @@
 //! Ways to fail that no other test holds: flicker and fireflies, rays that meet the face they leave, light paths that
 //! reach no caster. `tests/stability.toml` lists all modes.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::{History, NONE, PAPER, VALIDATED};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
@@ -24,17 +23,17 @@ use glam::{DVec3, Vec3};
 /// Caustics of consecutive frames of a still view, by pixel.
 fn frames(
     scene: &Scene,
-    settings: &Settings,
+    config: &RenderConfig,
     method: &'static Method,
     history: &'static History,
     frames: std::ops::Range<u32>,
 ) -> Vec<Vec<f64>> {
-    let settings = Settings { history, ..settings.clone() };
-    let features = scene.features(settings.specular_roughness);
+    let config = RenderConfig { history, ..config.clone() };
+    let features = scene.features(config.specular_roughness);
     let choice = RunnerChoice::Cpu { threads: 0 };
     let camera = &scene.cameras[0];
     let mut session =
-        Session::new(&choice, scene, camera, &settings, method, &PHOTONS_GRID, features).unwrap();
+        Session::new(&choice, scene, camera, &RenderConfig { method, ..config.clone() }, features).unwrap();
     let mut frame = |index| {
         session.frame(index).unwrap();
         sums(&session.read::<Vec3>("caustic_radiance").unwrap())
@@ -56,18 +55,18 @@ fn brightest(frame: &[f64]) -> f64 {
 #[test]
 fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
     let scene = committed("ring");
-    let settings = Settings {
+    let config = RenderConfig {
         width: 240,
         height: 135,
         light_paths: Paths::Count(131_072),
         seed: 3,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
-    let runs = frames(&scene, &settings, &BASIC, &NONE, 0..16);
+    let runs = frames(&scene, &config, &BASIC, &NONE, 0..16);
     let reference: Vec<f64> =
         (0..240 * 135).map(|pixel| runs.iter().map(|run| run[pixel]).sum::<f64>() / 16.0).collect();
     let dark = 0.1 * reference.iter().sum::<f64>() / reference.len() as f64;
-    let points = World::new(&scene, &settings).collect();
+    let points = World::new(&scene, &config).collect();
     // L is that of the pixels around, which the fireflies under test are not in.
     let median = |pixel: usize| {
         let mut near = [0, 1, 2, 240, 241, 242, 480, 481, 482]
@@ -94,15 +93,20 @@ fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
 #[test]
 fn histories_lower_flicker_and_fireflies() {
     let scene = committed("mirror-room");
-    let settings =
-        Settings { width: 160, height: 90, light_paths: Paths::Count(7200), seed: 3, ..Settings::default() };
-    let many = Settings { light_paths: Paths::Count(400_000), seed: 77, ..settings.clone() };
+    let config = RenderConfig {
+        width: 160,
+        height: 90,
+        light_paths: Paths::Count(7200),
+        seed: 3,
+        ..RenderConfig::default()
+    };
+    let many = RenderConfig { light_paths: Paths::Count(400_000), seed: 77, ..config.clone() };
     let runs = frames(&scene, &many, &BASIC, &NONE, 0..12);
     let reference: Vec<f64> =
         (0..160 * 90).map(|pixel| runs.iter().map(|run| run[pixel]).sum::<f64>() / 12.0).collect();
     let mean = reference.iter().sum::<f64>() / reference.len() as f64;
     let measured = |method, history| {
-        let frames = frames(&scene, &settings, method, history, 16..24);
+        let frames = frames(&scene, &config, method, history, 16..24);
         let change = |pair: &[Vec<f64>]| {
             pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).sum::<f64>() / reference.len() as f64
         };
@@ -185,10 +189,10 @@ fn a_lamp_that_reaches_no_caster_costs_noise_and_nothing_else() {
         b.camera(DVec3::new(0.0, 2.0, 0.9), DVec3::ZERO, 0.6);
         b.build()
     };
-    let settings =
-        Settings { width: 64, height: 36, light_paths: Paths::Count(100_000), ..Settings::default() };
+    let config =
+        RenderConfig { width: 64, height: 36, light_paths: Paths::Count(100_000), ..RenderConfig::default() };
     let totals = |hidden| {
-        let frames = frames(&scene(hidden), &settings, &BASIC, &NONE, 0..24);
+        let frames = frames(&scene(hidden), &config, &BASIC, &NONE, 0..24);
         Mean::from_samples(&frames.iter().map(|frame| frame.iter().sum::<f64>()).collect::<Vec<_>>())
     };
     // Three quarters of the flux are the hidden lamp's.

@@ -1,7 +1,7 @@
 //! Statistical tests, of which those in `long` take minutes.
 
+use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::scene::texture::Role;
-use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::interface::point::PhotonGeometry;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -75,8 +75,9 @@ fn measured(paths: u32) -> [(f64, f64); 4] {
     b.wall(mirror, DVec3::ZERO, 1.0, HEIGHT, -FRAC_PI_2, FRAC_PI_2, 4096);
     b.camera(DVec3::new(0.0, 5.0, 0.0), DVec3::ZERO, 0.5);
     let scene = b.build();
-    let settings = Settings { width: 8, height: 8, light_paths: Paths::Count(paths), ..Settings::default() };
-    let world = World::new(&scene, &settings);
+    let config =
+        RenderConfig { width: 8, height: 8, light_paths: Paths::Count(paths), ..RenderConfig::default() };
+    let world = World::new(&scene, &config);
     let (sin, cos) = (0.5_f32.sqrt(), 0.5_f32.sqrt());
     let direction = Vec3::new(cos, -sin, 0.0);
     let up = Vec3::new(sin, cos, 0.0);
@@ -147,11 +148,11 @@ fn glossy_room(mixed: bool, segments: u32) -> Builder {
 }
 
 /// Means of path + caustics over blocks of 8 x 8 pixels, frame by frame, and the share of the caustics.
-fn blocks(scene: &caustics::scene::Scene, settings: &Settings, frames: u32) -> (Vec<Vec<f64>>, f64) {
-    let (width, height) = (settings.width as usize, settings.height as usize);
+fn blocks(scene: &caustics::scene::Scene, config: &RenderConfig, frames: u32) -> (Vec<Vec<f64>>, f64) {
+    let (width, height) = (config.width as usize, config.height as usize);
     let mut caustic = 0.0;
     let mut all = 0.0;
-    let rows = render(scene, settings, "photons-grid", None, 0, frames)
+    let rows = render(scene, config, "photons-grid", None, 0, frames)
         .into_iter()
         .map(|(image, counters)| {
             assert!(counters.warnings().is_empty(), "{:?}", counters.warnings());
@@ -195,7 +196,7 @@ fn sums_of_thresholds_agree(
     frames: u32,
 ) {
     // Small discs: what a disc loses at the room's edges is a bias of the estimator, not of the split.
-    let with = |specular_roughness, seed| Settings {
+    let with = |specular_roughness, seed| RenderConfig {
         width: 64,
         height: 48,
         light_paths: Paths::Count(60_000),
@@ -203,7 +204,7 @@ fn sums_of_thresholds_agree(
         radius: Radius::Px(0.2),
         specular_roughness,
         seed,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
     let (low, low_share) = blocks(scene, &with(below, 1), frames);
     let (high, high_share) = blocks(scene, &with(above, 2), frames);

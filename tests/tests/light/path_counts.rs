@@ -1,10 +1,9 @@
 //! Light paths a pixel, from a hundredth to ten: caustics of one energy, whatever starts the paths and whatever is kept of them.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::{History, NONE, VALIDATED};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
@@ -52,21 +51,26 @@ const CONFIGURATIONS: [Configuration; 7] = [
 fn energy(scene: &Scene, configuration: Configuration, paths_per_pixel: f64, frames: u32, runs: u32) -> Mean {
     let light_paths = (paths_per_pixel * f64::from(WIDTH * HEIGHT)).round() as u32;
     let run = |seed| {
-        let settings = Settings {
+        let config = RenderConfig {
             width: WIDTH,
             height: HEIGHT,
             light_paths: Paths::Count(light_paths),
             seed,
             emission: configuration.emission,
             history: configuration.history,
-            ..Settings::default()
+            ..RenderConfig::default()
         };
-        let features = scene.features(settings.specular_roughness);
+        let features = scene.features(config.specular_roughness);
         let cpu = RunnerChoice::Cpu { threads: 1 };
         let camera = &scene.cameras[0];
-        let mut session =
-            Session::new(&cpu, scene, camera, &settings, configuration.method, &PHOTONS_GRID, features)
-                .expect("a session opens");
+        let mut session = Session::new(
+            &cpu,
+            scene,
+            camera,
+            &RenderConfig { method: configuration.method, ..config.clone() },
+            features,
+        )
+        .expect("a session opens");
         let mut sum = 0.0;
         for frame in 0..frames {
             session.frame(frame).expect("a frame runs");

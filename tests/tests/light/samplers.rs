@@ -2,10 +2,10 @@
 //! of a mean is what is said of it.
 
 use caustics::accumulation::{Accumulation, BATCHES};
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::{PixelFilter, Sampler};
 use caustics_kernels::interface::material::Material;
@@ -20,9 +20,9 @@ use glam::DVec3;
 
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 
-fn settings(sampler: Sampler, batches: u32, seed: u32) -> Settings {
+fn config(sampler: Sampler, batches: u32, seed: u32) -> RenderConfig {
     let (width, height, pixel_filter) = (64, 48, PixelFilter::Box);
-    Settings {
+    RenderConfig {
         width,
         height,
         pixel_filter,
@@ -30,13 +30,13 @@ fn settings(sampler: Sampler, batches: u32, seed: u32) -> Settings {
         batches,
         seed,
         light_paths: Paths::Count(4000),
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
-fn session(scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
-    let features = scene.features(settings.specular_roughness);
-    Session::new(&CPU, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features)
+fn session(scene: &Scene, config: &RenderConfig, method: &'static Method) -> Session {
+    let features = scene.features(config.specular_roughness);
+    Session::new(&CPU, scene, &scene.cameras[0], &RenderConfig { method, ..config.clone() }, features)
         .expect("a session opens")
 }
 
@@ -58,7 +58,7 @@ fn every_sampler_finds_the_same_light() {
     {
         let scene = load(name);
         let blocks = |sampler, batches, seed| {
-            Blocks::render(&CPU, &scene, &settings(sampler, batches, seed), method, &PHOTONS_GRID, frames)
+            Blocks::render(&CPU, &scene, &config(sampler, batches, seed), method, &PHOTONS_GRID, frames)
         };
         let independent = blocks(Sampler::Independent, 1, 2);
         for sampler in [Sampler::Sobol, Sampler::Blue] {
@@ -72,11 +72,11 @@ fn every_sampler_finds_the_same_light() {
 }
 
 /// Mean over pixels of the relative variance of means of so many frames, from runs of several seeds.
-fn variance(scene: &Scene, settings: &Settings, counts: &[u32]) -> Vec<f64> {
+fn variance(scene: &Scene, config: &RenderConfig, counts: &[u32]) -> Vec<f64> {
     let runs = 8;
     let mut means: Vec<Vec<RenderedImage>> = vec![Vec::new(); counts.len()];
     for seed in 0..runs {
-        let mut session = session(scene, &Settings { seed, ..settings.clone() }, &PATH);
+        let mut session = session(scene, &RenderConfig { seed, ..config.clone() }, &PATH);
         let mut sums = Accumulation::default();
         for (means, count) in means.iter_mut().zip(counts) {
             while sums.frames() < *count {
@@ -105,7 +105,7 @@ fn smooth_light_converges_faster_than_by_chance() {
     let counts = [4, 16, 64, 256];
     // Variances of eight runs, each off by half: those of 768 pixels have a mean that is known to 2 %.
     let variance = |sampler, batches| {
-        variance(&scene, &Settings { width: 32, height: 24, ..settings(sampler, batches, 0) }, &counts)
+        variance(&scene, &RenderConfig { width: 32, height: 24, ..config(sampler, batches, 0) }, &counts)
     };
     let slope = |variances: &[f64]| (variances[3] / variances[1]).ln() / 16.0f64.ln();
     let independent = variance(Sampler::Independent, 1);
@@ -127,7 +127,7 @@ fn noise_of_neighbours_evens_out() {
     let variance = |sampler, side: usize| {
         let frames: Vec<RenderedImage> = (0..runs)
             .map(|seed| {
-                let mut session = session(&scene, &settings(sampler, 1, seed), &PATH);
+                let mut session = session(&scene, &config(sampler, 1, seed), &PATH);
                 session.frame(0).expect("a frame runs");
                 session.image().expect("an image")
             })
@@ -157,9 +157,9 @@ fn noise_of_neighbours_evens_out() {
 fn variances_of_batches_are_honest() {
     let scene = under_a_light();
     let frames = 32;
-    let reference = variance(&scene, &settings(Sampler::Sobol, BATCHES, 0), &[frames])[0];
+    let reference = variance(&scene, &config(Sampler::Sobol, BATCHES, 0), &[frames])[0];
     let estimated = |mut sums: Accumulation| {
-        let mut session = session(&scene, &settings(Sampler::Sobol, BATCHES, 9), &PATH);
+        let mut session = session(&scene, &config(Sampler::Sobol, BATCHES, 9), &PATH);
         for frame in 0..frames {
             session.frame(frame).expect("a frame runs");
             sums.add(&session.image().expect("an image"));
@@ -199,8 +199,8 @@ fn by_independent_numbers_and_sobol(scene: &Scene, frames: u32, seed: u32) -> [B
     [(Sampler::Independent, 1), (Sampler::Sobol, 64)].map(|(sampler, batches)| {
         let (width, height, max_bounces) = (48, 32, 12);
         let seed = 2 * seed + u32::from(batches > 1);
-        let settings = Settings { width, height, max_bounces, ..settings(sampler, batches, seed) };
-        let blocks = Blocks::render(&CPU, scene, &settings, &PATH, &PHOTONS_GRID, frames);
+        let config = RenderConfig { width, height, max_bounces, ..config(sampler, batches, seed) };
+        let blocks = Blocks::render(&CPU, scene, &config, &PATH, &PHOTONS_GRID, frames);
         // Frames that take turns in 64 sequences, so that these are independent; and as many means of frames.
         blocks.batch_means(64)
     })

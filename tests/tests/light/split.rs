@@ -4,10 +4,10 @@
 //! Area lights of some size, so that the reference converges. A disc of finite radius blurs, and loses light at borders:
 //! `progressive` with small first radii keeps that below the noise, so that it is not blamed on the split.
 
+use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::{PHOTONS_GRID, POINTS_RT};
 use caustics_kernels::interface::choice::{Caustics, LightSampler, PixelFilter, TextureFilter};
@@ -28,8 +28,8 @@ use glam::{DVec3, Vec3};
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 
 /// The finest texels on both sides: what the ray cone changes is measured apart (`textures`).
-fn settings(seed: u32, specular_roughness: f32) -> Settings {
-    Settings {
+fn config(seed: u32, specular_roughness: f32) -> RenderConfig {
+    RenderConfig {
         width: 64,
         height: 48,
         radius: Radius::Px(0.3),
@@ -37,7 +37,7 @@ fn settings(seed: u32, specular_roughness: f32) -> Settings {
         texture_filter: Some(TextureFilter::Finest),
         specular_roughness,
         seed,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
@@ -87,14 +87,14 @@ impl Budget {
     fn split(&self, scene: &Scene, (caustics, emission): Configuration, threshold: f32, seed: u32) -> Blocks {
         let render = |radius_px, method, seed| {
             let light_paths = self.light_paths;
-            let settings = Settings {
+            let config = RenderConfig {
                 light_paths: Paths::Count(light_paths),
                 radius: Radius::Px(radius_px),
                 caustics,
                 emission,
-                ..settings(seed, threshold)
+                ..config(seed, threshold)
             };
-            Blocks::render(&CPU, scene, &settings, method, &PHOTONS_GRID, self.frames)
+            Blocks::render(&CPU, scene, &config, method, &PHOTONS_GRID, self.frames)
         };
         match self.limit {
             Limit::Progressive(radius) => render(radius, &PROGRESSIVE, seed),
@@ -135,7 +135,7 @@ fn agree_at(
     budget: &Budget,
 ) {
     // What finds lights by candidates is judged by what does not.
-    let reference_settings = Settings { light_sampler: LightSampler::Power, ..settings(1, thresholds[0]) };
+    let reference_settings = RenderConfig { light_sampler: LightSampler::Power, ..config(1, thresholds[0]) };
     let reference = Blocks::render(&CPU, scene, &reference_settings, &PATH, &PHOTONS_GRID, budget.samples);
     let mut shares = Vec::new();
     let mut faults = Vec::new();
@@ -236,14 +236,14 @@ fn lights_of_every_type_are_split_alike() {
         let render = |configuration: Configuration, seed| {
             let (caustics, emission) = configuration;
             let light_paths = 8000;
-            let settings = Settings {
+            let config = RenderConfig {
                 light_paths: Paths::Count(light_paths),
                 caustics,
                 emission,
                 max_bounces: 4,
-                ..settings(seed, 0.25)
+                ..config(seed, 0.25)
             };
-            Blocks::render(&CPU, &scene, &settings, &BASIC, &PHOTONS_GRID, 60)
+            Blocks::render(&CPU, &scene, &config, &BASIC, &PHOTONS_GRID, 60)
         };
         let published = render((Caustics::Any, &POWER), 1);
         let configurations = [&POWER, &AIMED, &GUIDED].map(|emission| (Caustics::First, emission));
@@ -261,10 +261,10 @@ fn lights_of_every_type_are_split_alike() {
 }
 
 /// Renders 16 frames at a time until the mean's standard error is below `error` of it.
-fn mean_to(error: f64, scene: &Scene, settings: &Settings, method: &'static Method) -> (Mean, f64) {
-    let features = scene.features(settings.specular_roughness);
+fn mean_to(error: f64, scene: &Scene, config: &RenderConfig, method: &'static Method) -> (Mean, f64) {
+    let features = scene.features(config.specular_roughness);
     let camera = &scene.cameras[0];
-    let mut session = Session::new(&CPU, scene, camera, settings, method, &PHOTONS_GRID, features)
+    let mut session = Session::new(&CPU, scene, camera, &RenderConfig { method, ..config.clone() }, features)
         .expect("a session opens");
     let (mut means, mut caustic, mut all) = (Vec::new(), 0.0, 0.0);
     let sum = |layer: &[Vec3]| layer.iter().map(|v| f64::from(v.x)).sum::<f64>();
@@ -463,12 +463,12 @@ mod release {
         b.camera(DVec3::new(0.1, 0.2, 0.95), DVec3::new(0.0, -0.3, 0.0), 1.0);
         let scene = b.build();
         let render = |seed, threshold, radius_px, method, frames| {
-            let settings = Settings {
+            let config = RenderConfig {
                 light_paths: Paths::Count(40_000),
                 radius: Radius::Px(radius_px),
-                ..settings(seed, threshold)
+                ..config(seed, threshold)
             };
-            Blocks::render(&CPU, &scene, &settings, method, &PHOTONS_GRID, frames)
+            Blocks::render(&CPU, &scene, &config, method, &PHOTONS_GRID, frames)
         };
         let reference = render(1, 0.25, 0.3, &PROGRESSIVE, 2000);
         for (seed, threshold) in [(2, 0.1), (3, 0.25), (4, 0.4)] {
@@ -494,14 +494,14 @@ mod release {
         for &hardware in gpu.tracers() {
             let variant = if hardware { &POINTS_RT } else { &PHOTONS_GRID };
             let choice = gpu.choice(hardware);
-            let settings = |seed| Settings {
+            let config = |seed| RenderConfig {
                 width: 32,
                 height: 24,
                 light_paths: Paths::Count(15_000),
-                ..settings(seed, 0.25)
+                ..config(seed, 0.25)
             };
-            let reference = Blocks::render(&choice, &scene, &settings(5), &PATH, variant, 1500);
-            let split = Blocks::render(&choice, &scene, &settings(6), &PROGRESSIVE, variant, 300);
+            let reference = Blocks::render(&choice, &scene, &config(5), &PATH, variant, 1500);
+            let split = Blocks::render(&choice, &scene, &config(6), &PROGRESSIVE, variant, 300);
             let scores = split.scores(&reference);
             println!("on {}, {}: {scores:?}", gpu.info.name, variant.name);
             assert!(scores.ratio_error < 0.02 && split.caustic_share > 0.02);
@@ -529,16 +529,16 @@ mod release {
             b.panel(light, centre, 0.6 * DVec3::X, 0.4 * up);
             b.camera(DVec3::new(0.0, -0.3, -0.7), DVec3::new(0.0, -0.35, 1.0), 0.6);
             let scene = b.build();
-            let settings = |seed| Settings {
+            let config = |seed| RenderConfig {
                 width: 32,
                 height: 24,
                 light_paths: Paths::Count(20_000),
                 pixel_filter: PixelFilter::Box,
                 seed: 2 * u32::from(step) + seed,
-                ..Settings::default()
+                ..RenderConfig::default()
             };
-            let (split, share) = mean_to(0.0018, &scene, &settings(0), &BASIC);
-            let (reference, _) = mean_to(0.0018, &scene, &settings(1), &PATH);
+            let (split, share) = mean_to(0.0018, &scene, &config(0), &BASIC);
+            let (reference, _) = mean_to(0.0018, &scene, &config(1), &PATH);
             let ratio = split.value / reference.value;
             let error = ratio * (split.error / split.value).hypot(reference.error / reference.value);
             println!("roughness {roughness:.2}: {ratio:.4} +- {error:.4}, caustic share {share:.3}");

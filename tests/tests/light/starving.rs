@@ -1,11 +1,11 @@
 //! Where light paths by power starve: casters that are small in what a lamp lights. Aimed paths bring the same light, and enough
 //! of them.
 
-use caustics::settings::Paths;
+use caustics::render_config::Paths;
 use std::f64::consts::PI;
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
-use caustics::settings::Settings;
 use caustics_kernels::emission::AIMED;
 use caustics_kernels::light::aimed::Aimed;
 use caustics_tests::direct::World;
@@ -19,7 +19,7 @@ const PATHS: u32 = 20_000;
 fn both(scene: &Scene) -> [(u32, Mean); 2] {
     let mut world = World::new(
         scene,
-        &Settings { light_paths: Paths::Count(PATHS), emission: &AIMED, ..Settings::default() },
+        &RenderConfig { light_paths: Paths::Count(PATHS), emission: &AIMED, ..RenderConfig::default() },
     );
     let mut measure = |is_aimed: bool| {
         let mut count = 0;

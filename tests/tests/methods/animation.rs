@@ -1,20 +1,18 @@
 //! Animated scenes: poses against static files and formulas, instances against every triangle, lights that go out.
 
-use caustics::settings::Paths;
+use caustics::render_config::Paths;
 use std::f64::consts::PI;
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::{LoadOptions, Scene, SceneError};
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
 use caustics::upload::Upload;
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
-use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::pass::step::STEP_HIT;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::gpu::gpu;
@@ -571,13 +569,13 @@ fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
 #[test]
 fn frames_go_dark_with_the_lamp_and_light_up_again() {
     let mut scene = light().load().unwrap();
-    let settings =
-        Settings { width: 48, height: 32, light_paths: Paths::Count(20_000), ..Settings::default() };
+    let config =
+        RenderConfig { width: 48, height: 32, light_paths: Paths::Count(20_000), ..RenderConfig::default() };
     let camera = |scene: &Scene| scene.cameras[0].clone();
     let open = |scene: &Scene| {
-        let features = scene.features(settings.specular_roughness);
+        let features = scene.features(config.specular_roughness);
         let choice = RunnerChoice::Cpu { threads: 0 };
-        Session::new(&choice, scene, &camera(scene), &settings, &BASIC, &PHOTONS_GRID, features).unwrap()
+        Session::new(&choice, scene, &camera(scene), &config, features).unwrap()
     };
     let mut session = open(&scene);
     for (time, is_lit) in [(0.0, false), (0.8, true), (0.0, false), (0.4, true)] {
@@ -598,10 +596,11 @@ fn frames_go_dark_with_the_lamp_and_light_up_again() {
 #[test]
 fn runners_agree_after_every_pose() {
     let Some(gpu) = gpu() else { return };
-    let settings = Settings { width: 32, height: 32, light_paths: Paths::Count(1024), ..Settings::default() };
+    let config =
+        RenderConfig { width: 32, height: 32, light_paths: Paths::Count(1024), ..RenderConfig::default() };
     for (&hardware, file) in gpu.tracers().iter().flat_map(|at| [(at, soups()), (at, deforming())]) {
         let mut scene = file.load().unwrap();
-        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
+        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &config);
         let (mut cpu, mut device) = (Upload::new(&scene), Upload::new(&scene));
         for time in [0.0, 1.9, 0.6] {
             scene.pose(time).unwrap();
@@ -678,7 +677,7 @@ fn sessions_take_their_buffers_for_all_times() {
     let length = |name: &str| tables.iter().find(|(table, _)| *table == name).unwrap().1.len();
     // A floor, a mirror and a lamp of two triangles each.
     assert_eq!((length("lights"), length("triangles")), (0, 6 * size_of::<Triangle>()));
-    let settings = Settings::default();
-    assert_eq!(settings.params(&scene, &scene.cameras[0], 0).light_path_count, 0);
-    assert_eq!(settings.largest(&scene, &scene.cameras[0]).light_path_count, settings.max_light_paths());
+    let config = RenderConfig::default();
+    assert_eq!(config.params(&scene, &scene.cameras[0], 0).light_path_count, 0);
+    assert_eq!(config.largest(&scene, &scene.cameras[0]).light_path_count, config.max_light_paths());
 }

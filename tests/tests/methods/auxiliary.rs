@@ -1,11 +1,11 @@
 //! What pixels show for other tools: known answers on planes and in a plane mirror, lengths in curved glass, and that asking for
 //! it changes nothing else.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::Auxiliary;
 use caustics::rendered_image::auxiliary::NO_MATERIAL;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::Session;
-use caustics::settings::{Paths, Settings};
 use caustics::{history, method};
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
@@ -21,13 +21,13 @@ const ORIGIN: DVec3 = DVec3::new(100.0, 20.0, -50.0);
 const MIRROR: f64 = -1.0;
 const WALL: f64 = 2.9;
 
-fn settings() -> Settings {
-    Settings {
+fn config() -> RenderConfig {
+    RenderConfig {
         width: WIDTH,
         height: HEIGHT,
         light_paths: Paths::Count(2000),
         auxiliary: true,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
@@ -102,8 +102,8 @@ fn shown(camera: &SceneCamera, pixel: u32) -> Option<Shown> {
     (is_there && !hides).then_some(Shown { material, position, normal, depth, virtual_image: position })
 }
 
-fn session(scene: &Scene, settings: Settings) -> Session {
-    Session::builder(scene).settings(settings).build().expect("a session")
+fn session(scene: &Scene, config: RenderConfig) -> Session {
+    Session::builder(scene).config(config).build().expect("a session")
 }
 
 fn auxiliary(session: &mut Session, frame: u32) -> Auxiliary {
@@ -115,7 +115,7 @@ fn auxiliary(session: &mut Session, frame: u32) -> Auxiliary {
 fn in_a_mirror_is_what_the_mirror_shows() {
     let scene = room();
     let camera = scene.cameras[0].clone();
-    let found = auxiliary(&mut session(&scene, settings()), 0);
+    let found = auxiliary(&mut session(&scene, config()), 0);
     let (mut direct, mut mirrored) = ([0; 2], [0; 2]);
     for pixel in 0..WIDTH * HEIGHT {
         let Some(shown) = shown(&camera, pixel) else { continue };
@@ -149,7 +149,7 @@ fn motion_is_the_way_from_the_picture_before_in_mirrors_too() {
     let before = scene.cameras[0].clone();
     let eye = before.position + Vec3::new(0.15, -0.05, 0.1);
     let after = SceneCamera::look_at("main", eye, Vec3::new(0.1, 0.7, -1.0), Vec3::Y, before.fov_y);
-    let mut session = session(&scene, settings());
+    let mut session = session(&scene, config());
     auxiliary(&mut session, 0);
     session.pose(&scene, &after).expect("a pose");
     let found = auxiliary(&mut session, 1);
@@ -170,7 +170,7 @@ fn motion_is_the_way_from_the_picture_before_in_mirrors_too() {
 #[test]
 fn what_moves_moves_in_the_picture() {
     let mut scene = Moving::Receiver.scene();
-    let mut session = session(&scene, settings());
+    let mut session = session(&scene, config());
     for time in [0.5, 0.5 + 1.0 / 24.0] {
         scene.pose(time).expect("a pose");
         session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
@@ -201,8 +201,8 @@ fn what_moves_moves_in_the_picture() {
 fn depth_is_the_length_of_the_path_and_nothing_else_changes() {
     let scene = committed("mirror-room");
     let rendered = |history, asked| {
-        let settings = Settings { auxiliary: asked, history, ..settings() };
-        let mut session = session(&scene, settings);
+        let config = RenderConfig { auxiliary: asked, history, ..config() };
+        let mut session = session(&scene, config);
         let auxiliary = auxiliary(&mut session, 0);
         let lengths: Vec<PointShading> = session.read("point_shading").expect("points");
         let lengths: Vec<f32> = lengths.iter().map(|shading| shading.distance).collect();
@@ -225,6 +225,6 @@ fn depth_is_the_length_of_the_path_and_nothing_else_changes() {
     assert!(distorted > 50, "{distorted}");
     // Methods without points say the same.
     let mut path =
-        Session::builder(&scene).settings(settings()).method(&method::PATH).build().expect("a session");
+        Session::builder(&scene).config(config()).method(&method::PATH).build().expect("a session");
     assert_eq!(auxiliary(&mut path, 0), found);
 }

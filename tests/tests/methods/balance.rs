@@ -1,19 +1,19 @@
 //! Light paths by `auto`: that their number is the one at which variance times cost is least, as measured beside them, and that it
 //! comes of what frames found and of nothing else.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::balance::{Balance, FIRST_PATHS, MAX_PATHS, MIN_PATHS};
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::history::HistoryPoint;
+use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::kim2019::KIM2019;
+use caustics_kernels::method::path::PATH;
 use caustics_kernels::method::yang2021::YANG2021;
-use caustics_kernels::method::{self, Method};
 use caustics_kernels::pass::balance::light_cost;
 use caustics_tests::moving::Moving;
 use caustics_tests::scenes::*;
@@ -23,15 +23,15 @@ use std::f32::consts::PI;
 
 const PIXELS: u32 = 160 * 90;
 
-fn settings(emission: &'static Emission, seed: u32) -> Settings {
+fn config(emission: &'static Emission, seed: u32) -> RenderConfig {
     let light_paths = Paths::Auto;
-    Settings { width: 160, height: 90, light_paths, seed, emission, ..Settings::default() }
+    RenderConfig { width: 160, height: 90, light_paths, seed, emission, ..RenderConfig::default() }
 }
 
-fn open(threads: usize, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
-    let features = scene.features(settings.specular_roughness);
+fn open(threads: usize, scene: &Scene, config: &RenderConfig, method: &'static Method) -> Session {
+    let features = scene.features(config.specular_roughness);
     let choice = RunnerChoice::Cpu { threads };
-    Session::new(&choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features)
+    Session::new(&choice, scene, &scene.cameras[0], &RenderConfig { method, ..config.clone() }, features)
         .expect("a session opens")
 }
 
@@ -53,8 +53,8 @@ struct Measured {
 
 fn measured(scene: &Scene, paths: f64) -> Measured {
     let light_paths = (paths * f64::from(PIXELS)) as u32;
-    let settings = Settings { light_paths: Paths::Count(light_paths), ..settings(&AIMED, 50) };
-    let mut session = open(0, scene, &settings, &BASIC);
+    let config = RenderConfig { light_paths: Paths::Count(light_paths), ..config(&AIMED, 50) };
+    let mut session = open(0, scene, &config, &BASIC);
     let frames = 48;
     let mut cost = [0.0; 2];
     let mut pixels = vec![[[0.0; 2]; 2]; PIXELS as usize];
@@ -122,7 +122,7 @@ fn light_paths_are_where_variance_times_cost_is_least() {
         let scene = committed(name);
         let product = Product::for_scene(&scene);
         let paths =
-            f64::from(after(&mut open(0, &scene, &settings(&AIMED, 1), &BASIC), 24)) / f64::from(PIXELS);
+            f64::from(after(&mut open(0, &scene, &config(&AIMED, 1), &BASIC), 24)) / f64::from(PIXELS);
         let best = product.best().clamp(f64::from(MIN_PATHS), f64::from(MAX_PATHS));
         let loss = product.at(paths) / product.at(best);
         let [wrong_few, wrong_many] = [0.1, 10.0].map(|factor| product.at(factor * best) / product.at(best));
@@ -143,8 +143,8 @@ fn the_light_is_that_of_any_number_of_light_paths() {
         let light = |light_paths| {
             let sums: Vec<f64> = (0..12)
                 .map(|seed| {
-                    let settings = Settings { light_paths, ..settings(emission, 100 + seed) };
-                    let mut session = open(0, &scene, &settings, method);
+                    let config = RenderConfig { light_paths, ..config(emission, 100 + seed) };
+                    let mut session = open(0, &scene, &config, method);
                     let sum = |frame| {
                         session.frame(frame).expect("a frame runs");
                         let caustics: Vec<Vec3> = session.read("caustic_radiance").expect("caustics");
@@ -166,7 +166,7 @@ fn the_light_is_that_of_any_number_of_light_paths() {
 fn numbers_of_light_paths_repeat_and_go_on() {
     let mut scene = Moving::GlassCaster.scene();
     let mut run = |threads, restored: Option<u32>| {
-        let mut session = open(threads, &scene, &settings(&GUIDED, 3), &BASIC);
+        let mut session = open(threads, &scene, &config(&GUIDED, 3), &BASIC);
         let mut paths = Vec::new();
         for frame in 0..6_u32 {
             scene.pose(f64::from(frame / 2) * 0.1).expect("a pose");
@@ -176,7 +176,7 @@ fn numbers_of_light_paths_repeat_and_go_on() {
             if restored == Some(frame) {
                 let state: Vec<_> =
                     session.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
-                session = open(threads, &scene, &settings(&GUIDED, 3), &BASIC);
+                session = open(threads, &scene, &config(&GUIDED, 3), &BASIC);
                 session.restore(frame, &state).expect("a state");
             }
         }
@@ -196,8 +196,8 @@ fn numbers_of_light_paths_repeat_and_go_on() {
 fn a_history_lends_as_much_where_numbers_of_light_paths_change() {
     let scene = committed("ring");
     let run = |light_paths| {
-        let settings = Settings { light_paths, history: &VALIDATED, ..settings(&POWER, 3) };
-        let mut session = open(0, &scene, &settings, &BASIC);
+        let config = RenderConfig { light_paths, history: &VALIDATED, ..config(&POWER, 3) };
+        let mut session = open(0, &scene, &config, &BASIC);
         let mut paths = Vec::new();
         for frame in 0..8 {
             session.frame(frame).expect("a frame runs");
@@ -229,7 +229,7 @@ fn a_view_that_moves_has_as_many_light_paths() {
     for name in ["ring", "cornell-box"] {
         let scene = committed(name);
         let [standing, moving] = [0.0, 0.02].map(|step| {
-            let mut session = open(0, &scene, &settings(&AIMED, 1), &BASIC);
+            let mut session = open(0, &scene, &config(&AIMED, 1), &BASIC);
             let frames = 8..24_u16;
             let paths = (0..frames.end).map(|frame| {
                 let camera = turned(&scene.cameras[0], step * (f32::from(frame) - 16.0));
@@ -250,7 +250,7 @@ fn a_view_that_moves_has_as_many_light_paths() {
 #[test]
 fn what_cannot_be_judged_changes_nothing() {
     let scene = Moving::GlassCaster.scene();
-    let mut session = open(0, &scene, &settings(&AIMED, 3), &BASIC);
+    let mut session = open(0, &scene, &config(&AIMED, 3), &BASIC);
     let mut bright = scene.clone();
     for light in &mut bright.lights {
         light.emission *= 1.0e30;
@@ -292,7 +292,7 @@ fn what_shoots_nothing_is_left_alone() {
     let lit = Moving::GlassCaster.scene();
     let mut dark = lit.clone();
     dark.lights.clear();
-    let mut session = open(0, &lit, &settings(&GUIDED, 3), &BASIC);
+    let mut session = open(0, &lit, &config(&GUIDED, 3), &BASIC);
     let mut paths = Vec::new();
     for frame in 0..8 {
         let scene = if (4..6).contains(&frame) { &dark } else { &lit };
@@ -305,13 +305,12 @@ fn what_shoots_nothing_is_left_alone() {
     // Where no frame can shoot: nothing casts caustics, or paths are too short for them.
     let dull = committed("plain-room");
     for (scene, max_bounces) in [(&dull, 5), (&lit, 1)] {
-        let mut session = open(0, scene, &Settings { max_bounces, ..settings(&GUIDED, 3) }, &BASIC);
+        let mut session = open(0, scene, &RenderConfig { max_bounces, ..config(&GUIDED, 3) }, &BASIC);
         session.frame(0).expect("a frame runs");
         session.frame(1).expect("a frame runs");
         assert_eq!(session.counters().expect("counters").get(Counter::LightPaths), 0);
     }
-    let path = method::find("path").expect("path tracing");
-    let mut session = open(0, &committed("ring"), &settings(&POWER, 1), path);
+    let mut session = open(0, &committed("ring"), &config(&POWER, 1), &PATH);
     session.frame(0).expect("a frame runs");
     assert!(session.read::<Balance>("balance").is_err());
 }

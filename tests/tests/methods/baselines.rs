@@ -1,10 +1,9 @@
 //! How the baselines `kim2019` and `yang2021` fare in known ways to fail (`tests/stability.toml`), beside OurBasic.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::kim2019::KIM2019;
@@ -15,14 +14,15 @@ use glam::{DVec3, Vec3};
 /// The methods whose receivers are primary surfaces.
 const BASELINES: [&Method; 2] = [&KIM2019, &YANG2021];
 
-fn settings(width: u32, height: u32) -> Settings {
-    Settings { width, height, light_paths: Paths::Count(100_000), seed: 4, ..Settings::default() }
+fn config(width: u32, height: u32) -> RenderConfig {
+    RenderConfig { width, height, light_paths: Paths::Count(100_000), seed: 4, ..RenderConfig::default() }
 }
 
-fn image(scene: &Scene, settings: &Settings, method: &'static Method) -> RenderedImage {
-    let (choice, features) = (RunnerChoice::Cpu { threads: 0 }, scene.features(settings.specular_roughness));
+fn image(scene: &Scene, config: &RenderConfig, method: &'static Method) -> RenderedImage {
+    let (choice, features) = (RunnerChoice::Cpu { threads: 0 }, scene.features(config.specular_roughness));
     let mut session =
-        Session::new(&choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features).unwrap();
+        Session::new(&choice, scene, &scene.cameras[0], &RenderConfig { method, ..config.clone() }, features)
+            .unwrap();
     session.frame(0).unwrap();
     session.image().unwrap()
 }
@@ -56,8 +56,8 @@ fn lit_from_behind(block: bool) -> Scene {
 /// for photons before it. A disc knows its face.
 #[test]
 fn kim_leaks_round_a_corner_and_discs_do_not() {
-    let (block, ground, settings) = (lit_from_behind(true), lit_from_behind(false), settings(128, 128));
-    let caustics = |scene, method| sum(&image(scene, &settings, method).caustics);
+    let (block, ground, config) = (lit_from_behind(true), lit_from_behind(false), config(128, 128));
+    let caustics = |scene, method| sum(&image(scene, &config, method).caustics);
     let lit = caustics(&ground, &BASIC);
     let (basic, [kim, yang]) = (caustics(&block, &BASIC), BASELINES.map(|method| caustics(&block, method)));
     println!("leaks: basic {basic}, kim2019 {kim:.3}, yang2021 {yang:.3}; without the block {lit:.3}");
@@ -72,7 +72,7 @@ fn kim_leaks_round_a_corner_and_discs_do_not() {
 fn no_baseline_lets_a_caustic_through_a_thin_wall() {
     let (dark, lit) = (half_room(Some(0.004)), half_room(None));
     for method in BASELINES {
-        let rendered = |scene| image(scene, &settings(32, 32), method);
+        let rendered = |scene| image(scene, &config(32, 32), method);
         assert!(sum(&rendered(&lit).caustics) > 1.0, "the test has lost its subject");
         let name = method.name;
         assert!(
@@ -88,7 +88,7 @@ fn no_baseline_lets_a_caustic_through_a_thin_wall() {
 fn kim_follows_a_plane_no_further_than_to_a_wall_that_stands_on_it() {
     let caustics = |mut scene: Scene| {
         scene.cameras[0].fov_y = 0.4;
-        sum(&image(&scene, &settings(23, 3), &KIM2019).caustics)
+        sum(&image(&scene, &config(23, 3), &KIM2019).caustics)
     };
     assert_eq!(caustics(half_room(Some(0.02))), 0.0);
     assert!(caustics(half_room(None)) > 1.0, "the test has lost its subject");
@@ -98,15 +98,15 @@ fn kim_follows_a_plane_no_further_than_to_a_wall_that_stands_on_it() {
 fn baselines_render_odd_sizes_and_nothing_where_nothing_is() {
     for method in BASELINES {
         for (width, height) in [(1, 1), (1, 37), (19, 1), (33, 17)] {
-            let rendered = image(&committed("ring"), &settings(width, height), method);
+            let rendered = image(&committed("ring"), &config(width, height), method);
             let name = method.name;
             assert_eq!(rendered.caustics.len(), (width * height) as usize, "{name}");
             assert!(rendered.caustics.iter().all(|value| value.is_finite()), "{name} at {width}x{height}");
             assert!(sum(&rendered.caustics) > 0.0 || width * height < 100, "{name} at {width}x{height}");
         }
-        let plain = image(&committed("plain-room"), &settings(64, 36), method);
+        let plain = image(&committed("plain-room"), &config(64, 36), method);
         assert_eq!(sum(&plain.caustics), 0.0, "{}: there is no caster", method.name);
-        let none = Settings { light_paths: Paths::Count(0), ..settings(64, 36) };
+        let none = RenderConfig { light_paths: Paths::Count(0), ..config(64, 36) };
         assert_eq!(sum(&image(&committed("ring"), &none, method).caustics), 0.0, "{}", method.name);
     }
 }

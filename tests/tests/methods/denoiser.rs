@@ -1,18 +1,16 @@
 //! The filter of the path-traced part: what it keeps, what it mixes, what it must not.
 
 use bytemuck::cast_slice;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::texture::Role;
 use caustics::session::{self, RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::declare::{Step, buffers};
 use caustics_kernels::denoiser::{self, ATROUS};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::material::{FLAG_COLOR_TEXTURE, Material};
 use caustics_kernels::interface::packed::to_half;
 use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::method::basic;
 use caustics_kernels::pass::collect::COLLECT;
 use caustics_tests::compare::{Tolerance, floats};
 use caustics_tests::gpu::watched_gpu;
@@ -100,8 +98,8 @@ impl Input {
         input
     }
 
-    fn settings(&self) -> Settings {
-        Settings { width: self.width, height: self.height, denoiser: &ATROUS, ..Settings::default() }
+    fn config(&self) -> RenderConfig {
+        RenderConfig { width: self.width, height: self.height, denoiser: &ATROUS, ..RenderConfig::default() }
     }
 
     fn filtered(&self) -> Vec<Vec3> {
@@ -123,8 +121,8 @@ impl Input {
         builder.panel(TEXTURED, DVec3::Z, DVec3::X, DVec3::Y);
         builder.camera(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 0.7);
         let scene = builder.build();
-        let settings = self.settings();
-        let params = settings.params(&scene, &scene.cameras[0], 0);
+        let config = self.config();
+        let params = config.params(&scene, &scene.cameras[0], 0);
         let mut steps = (ATROUS.steps)(&params);
         let denoisers = steps.len();
         steps.push(Step::new(&COLLECT, &params));
@@ -391,16 +389,16 @@ fn non_finite_light_does_not_spread() {
 fn a_room_keeps_its_energy_and_loses_its_noise() {
     let scene = load("mirror-room");
     let open = |denoiser| {
-        let settings = Settings {
+        let config = RenderConfig {
             width: 160,
             height: 90,
             light_paths: Paths::Count(20_000),
             denoiser,
-            ..Settings::default()
+            ..RenderConfig::default()
         };
-        let (camera, features) = (&scene.cameras[0], scene.features(settings.specular_roughness));
+        let (camera, features) = (&scene.cameras[0], scene.features(config.specular_roughness));
         let cpu = RunnerChoice::Cpu { threads: 0 };
-        Session::new(&cpu, &scene, camera, &settings, &basic::BASIC, &PHOTONS_GRID, features).unwrap()
+        Session::new(&cpu, &scene, camera, &config, features).unwrap()
     };
     let frame = |session: &mut Session, index| {
         session.frame(index).unwrap();
@@ -431,9 +429,13 @@ fn gpu_matches_cpu() {
         let mut table = Table::new(&format!("filter, CPU against {} (hardware {hardware})", gpu.info.name));
         for name in ["mirror-room", "textured-room"] {
             let scene = load(name);
-            let settings =
-                Settings { width: 191, height: 107, light_paths: Paths::Count(1), ..Settings::default() };
-            let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
+            let config = RenderConfig {
+                width: 191,
+                height: 107,
+                light_paths: Paths::Count(1),
+                ..RenderConfig::default()
+            };
+            let mut runners = RunnerPair::open(&gpu, hardware, &scene, &config);
             let params = runners.params;
             runners.cpu.run(&params, &[Step::new(&COLLECT, &params)]).unwrap();
             let filter = (ATROUS.steps)(&params);

@@ -1,12 +1,12 @@
 //! Edits of a scene: against files whose nodes stand there, by formulas, and that a hit is of the node whose mesh is there.
 
-use caustics::settings::Paths;
+use caustics::render_config::Paths;
 use std::collections::BTreeSet;
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::{CameraChoice, CameraEdit, Edits, Keyframe, LoadOptions, NodeEdit, Scene, SceneError};
 use caustics::scene::{DefaultLight, Recorded, Staging};
 use caustics::session::RunnerChoice;
-use caustics::settings::Settings;
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::Transform;
@@ -183,15 +183,15 @@ fn an_edit_that_changes_nothing_changes_no_picture() {
     let mut seed = 0;
     let [baked, edited] = [changed("mirror-room", |_| ()), scene].map(|scene| {
         seed += 1;
-        let settings = Settings {
+        let config = RenderConfig {
             width: 64,
             height: 40,
             light_paths: Paths::Count(30_000),
             seed,
-            ..Settings::default()
+            ..RenderConfig::default()
         };
         let choice = RunnerChoice::Cpu { threads: 0 };
-        Blocks::render(&choice, &scene, &settings, &BASIC, &PHOTONS_GRID, 24)
+        Blocks::render(&choice, &scene, &config, &BASIC, &PHOTONS_GRID, 24)
     });
     let scores = edited.scores(&baked);
     println!("{scores:?}, caustics {} and {}", baked.caustic_share, edited.caustic_share);

@@ -3,7 +3,7 @@
 
 use caustics::metric::comparison::{Comparison, Viewing};
 use caustics::metric::pixels::{Estimate, Pixels};
-use caustics::settings::{Paths, Radius, Settings};
+use caustics::render_config::{Paths, Radius, RenderConfig};
 // Where the metric, which its own folder surrounds with these modules, looks for them.
 use caustics::metric::{comparison, pixels};
 use caustics::scene::Scene;
@@ -43,8 +43,8 @@ mod stripes_passes {
 static STRIPES: Variant =
     Variant { index: &stripes_passes::INDEX, gather: &stripes_passes::GATHER, ..stripes::Stripes::VARIANT };
 
-fn settings() -> Settings {
-    Settings { width: 48, height: 32, light_paths: Paths::Count(2000), ..Settings::default() }
+fn config() -> RenderConfig {
+    RenderConfig { width: 48, height: 32, light_paths: Paths::Count(2000), ..RenderConfig::default() }
 }
 
 /// The two layers of a frame.
@@ -57,15 +57,21 @@ struct Layers {
 /// The layers of the first frames, one after the other, of a still scene.
 fn frames(
     scene: &Scene,
-    settings: &Settings,
+    config: &RenderConfig,
     method: &'static Method,
     gather: &'static Variant,
     count: u32,
 ) -> Vec<Layers> {
     let cpu = RunnerChoice::Cpu { threads: 0 };
-    let features = scene.features(settings.specular_roughness);
-    let mut session = Session::new(&cpu, scene, &scene.cameras[0], settings, method, gather, features)
-        .expect("a session opens");
+    let features = scene.features(config.specular_roughness);
+    let mut session = Session::new(
+        &cpu,
+        scene,
+        &scene.cameras[0],
+        &RenderConfig { method, gather: Some(gather), ..config.clone() },
+        features,
+    )
+    .expect("a session opens");
     let mut frame = |index| {
         session.frame(index).expect("a frame runs");
         let [path, caustics] =
@@ -76,8 +82,8 @@ fn frames(
 }
 
 /// The first frame of the Cornell box.
-fn frame(settings: &Settings, method: &'static Method, gather: &'static Variant) -> Layers {
-    let mut frames = frames(&load("cornell-box"), settings, method, gather, 1);
+fn frame(config: &RenderConfig, method: &'static Method, gather: &'static Variant) -> Layers {
+    let mut frames = frames(&load("cornell-box"), config, method, gather, 1);
     let layers = frames.remove(0);
     assert!(layers.path.iter().chain(&layers.caustics).all(|value| value.is_finite()));
     layers
@@ -89,28 +95,28 @@ fn sum(layer: &[Vec3]) -> f32 {
 
 #[test]
 fn the_example_gather_renders_the_bits_of_another_gather() {
-    let expected = frame(&settings(), &BASIC, &PHOTONS_GRID);
+    let expected = frame(&config(), &BASIC, &PHOTONS_GRID);
     assert!(sum(&expected.caustics) > 0.0);
-    assert!(frame(&settings(), &BASIC, &STRIPES) == expected);
+    assert!(frame(&config(), &BASIC, &STRIPES) == expected);
 }
 
 #[test]
 fn the_example_method_renders_as_half_the_radius_does() {
-    let whole = frame(&settings(), &BASIC, &PHOTONS_GRID);
-    let half = frame(&Settings { radius: Radius::Px(0.5), ..settings() }, &BASIC, &PHOTONS_GRID);
-    let found = frame(&settings(), &halved::HALVED, &PHOTONS_GRID);
+    let whole = frame(&config(), &BASIC, &PHOTONS_GRID);
+    let half = frame(&RenderConfig { radius: Radius::Px(0.5), ..config() }, &BASIC, &PHOTONS_GRID);
+    let found = frame(&config(), &halved::HALVED, &PHOTONS_GRID);
     assert!(found.path == half.path && found.caustics == half.caustics);
     assert!(found.caustics != whole.caustics);
 }
 
 #[test]
 fn the_example_denoiser_gives_each_two_pixels_their_mean() {
-    let noisy = frame(&Settings { denoiser: &denoiser::ATROUS, ..settings() }, &BASIC, &PHOTONS_GRID);
-    let found = frame(&Settings { denoiser: &pairs::PAIRS, ..settings() }, &BASIC, &PHOTONS_GRID);
+    let noisy = frame(&RenderConfig { denoiser: &denoiser::ATROUS, ..config() }, &BASIC, &PHOTONS_GRID);
+    let found = frame(&RenderConfig { denoiser: &pairs::PAIRS, ..config() }, &BASIC, &PHOTONS_GRID);
     assert!(found.path.chunks(2).all(|pair| pair[0] == pair[1]));
     assert!(found.path.chunks(4).any(|pairs| pairs[0] != pairs[2]), "the scene is not flat");
     assert!(found.path != noisy.path);
-    let plain = frame(&Settings { denoiser: &denoiser::NONE, ..settings() }, &BASIC, &PHOTONS_GRID);
+    let plain = frame(&RenderConfig { denoiser: &denoiser::NONE, ..config() }, &BASIC, &PHOTONS_GRID);
     // Sums of 1,536 pixels in f32: rounding alone.
     assert!((sum(&found.path) / sum(&plain.path) - 1.0).abs() < 1e-4);
     assert!(found.caustics == plain.caustics);
@@ -133,8 +139,8 @@ fn the_example_emission_keeps_the_light_and_changes_the_samples() {
     let scene = two_lights();
     assert!(scene.lights.len() > 1);
     let caustics = |emission| {
-        let settings = Settings { emission, light_paths: Paths::Count(200_000), ..settings() };
-        let frames = frames(&scene, &settings, &BASIC, &PHOTONS_GRID, 8);
+        let config = RenderConfig { emission, light_paths: Paths::Count(200_000), ..config() };
+        let frames = frames(&scene, &config, &BASIC, &PHOTONS_GRID, 8);
         frames.iter().map(|layers| sum(&layers.caustics)).collect::<Vec<_>>()
     };
     let [power, even] = [&emission::POWER, &even::EVEN].map(caustics);
@@ -149,7 +155,7 @@ fn the_example_emission_keeps_the_light_and_changes_the_samples() {
 fn the_example_history_blends_each_two_frames_of_a_still_scene() {
     // The floor is seen directly: the same collection points in every frame.
     let scene = two_lights();
-    let rendered = |history| frames(&scene, &Settings { history, ..settings() }, &BASIC, &PHOTONS_GRID, 2);
+    let rendered = |history| frames(&scene, &RenderConfig { history, ..config() }, &BASIC, &PHOTONS_GRID, 2);
     let [alone, blended] = [&history::NONE, &same_pixel::SAME_PIXEL].map(rendered);
     assert!(alone[0].caustics != alone[1].caustics);
     let pairs = alone[0].caustics.iter().zip(&alone[1].caustics);

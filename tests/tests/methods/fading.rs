@@ -1,7 +1,7 @@
 //! Light that fades, grows or shrinks: the histories show it as bright as it is.
 
-use caustics::settings::Paths;
-use caustics::settings::Settings;
+use caustics::render_config::Paths;
+use caustics::render_config::RenderConfig;
 use caustics_kernels::history::VALIDATED;
 use caustics_tests::fading::{Caster, Fade, Fading, Punctual};
 
@@ -17,9 +17,13 @@ fn keeps_up(fading: &Fading, seeds: u32) {
 
 /// The same with so many light paths: their noise is that of the comparison.
 fn keeps_up_with(fading: &Fading, light_paths: u32, seeds: u32) {
-    let settings =
-        Settings { width: 96, height: 60, light_paths: Paths::Count(light_paths), ..Settings::default() };
-    let [caustics, paths] = fading.kept(&VALIDATED, &settings, seeds);
+    let config = RenderConfig {
+        width: 96,
+        height: 60,
+        light_paths: Paths::Count(light_paths),
+        ..RenderConfig::default()
+    };
+    let [caustics, paths] = fading.kept(&VALIDATED, &config, seeds);
     println!("{fading:?}: caustics {caustics:?}, path-traced {paths:?}");
     assert!((caustics.value - 1.0).abs() < MAX_CAUSTICS, "{fading:?}: {caustics:?}");
     assert!((paths.value - 1.0).abs() < MAX_PATHS, "{fading:?}: {paths:?}");

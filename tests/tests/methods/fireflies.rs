@@ -1,13 +1,12 @@
 //! Rare bright samples of camera paths, bounded by the pixels around: what is taken, and what that buys and costs.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::Fireflies;
+use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::progressive::PROGRESSIVE;
-use caustics_kernels::method::{Method, Parts};
 use caustics_kernels::pass::bound::BOUND;
 use caustics_kernels::pass::bound::MAX_OVER_MEAN;
 use caustics_tests::frames::around;
@@ -17,20 +16,27 @@ use glam::{DVec3, Vec3};
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 const SIZE: (usize, usize) = (160, 90);
 
-fn settings(fireflies: Fireflies, seed: u32) -> Settings {
+fn config(fireflies: Fireflies, seed: u32) -> RenderConfig {
     let (width, height) = (SIZE.0 as u32, SIZE.1 as u32);
-    Settings { width, height, light_paths: Paths::Count(1000), fireflies, seed, ..Settings::default() }
+    RenderConfig {
+        width,
+        height,
+        light_paths: Paths::Count(1000),
+        fireflies,
+        seed,
+        ..RenderConfig::default()
+    }
 }
 
-fn open(scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
-    let features = scene.features(settings.specular_roughness);
-    Session::new(&CPU, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features)
+fn open(scene: &Scene, config: &RenderConfig, method: &'static Method) -> Session {
+    let features = scene.features(config.specular_roughness);
+    Session::new(&CPU, scene, &scene.cameras[0], &RenderConfig { method, ..config.clone() }, features)
         .expect("a session opens")
 }
 
 /// The path layer of one frame.
 fn layer(scene: &Scene, fireflies: Fireflies, seed: u32) -> Vec<Vec3> {
-    let mut session = open(scene, &settings(fireflies, seed), &BASIC);
+    let mut session = open(scene, &config(fireflies, seed), &BASIC);
     session.frame(0).expect("a frame runs");
     session.image().expect("an image").path
 }
@@ -40,7 +46,7 @@ fn layer(scene: &Scene, fireflies: Fireflies, seed: u32) -> Vec<Vec3> {
 fn samples_are_bounded_by_the_pixels_around() {
     let scene = committed("mirror-room");
     let kept = layer(&scene, Fireflies::Kept, 1);
-    let mut session = open(&scene, &settings(Fireflies::Bounded, 1), &BASIC);
+    let mut session = open(&scene, &config(Fireflies::Bounded, 1), &BASIC);
     session.frame(0).expect("a frame runs");
     let bounded = session.image().expect("an image").path;
     let delta_prefix: Vec<Vec3> = session.read("delta_prefix_radiance").expect("radiance of delta prefixes");
@@ -108,9 +114,9 @@ fn what_is_steady_and_what_converges_stay() {
     // In two places.
     assert!(columns().max() > columns().min().map(|first| first + 5), "{bright:?}");
     assert!(bright.iter().all(|&pixel| bounded[pixel] == kept[pixel]));
-    let settings = settings(Fireflies::Bounded, 1);
+    let config = config(Fireflies::Bounded, 1);
     for (method, bounds) in [(&BASIC, true), (&PROGRESSIVE, false)] {
-        let parts: Parts = settings.parts(method, &PHOTONS_GRID);
+        let parts = RenderConfig { method, ..config.clone() }.parts();
         assert_eq!(parts.stages.has(&BOUND), bounds, "{}", method.name);
     }
 }

@@ -1,9 +1,9 @@
 //! Guided emission: that it learns, what it learns from, that its light is that of emission by power, and that it goes on to the
 //! same bits.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::{self, PHOTONS_GRID, Variant};
 use caustics_kernels::interface::guide::GuideSum;
@@ -18,31 +18,37 @@ use glam::{DVec3, Vec3};
 
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 
-fn settings(light_paths: u32, seed: u32) -> Settings {
-    Settings {
+fn config(light_paths: u32, seed: u32) -> RenderConfig {
+    RenderConfig {
         width: 160,
         height: 90,
         light_paths: Paths::Count(light_paths),
         seed,
         emission: &GUIDED,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
-fn open(choice: &RunnerChoice, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
-    open_with(choice, scene, settings, method, &PHOTONS_GRID)
+fn open(choice: &RunnerChoice, scene: &Scene, config: &RenderConfig, method: &'static Method) -> Session {
+    open_with(choice, scene, config, method, &PHOTONS_GRID)
 }
 
 fn open_with(
     choice: &RunnerChoice,
     scene: &Scene,
-    settings: &Settings,
+    config: &RenderConfig,
     method: &'static Method,
     gather: &'static Variant,
 ) -> Session {
-    let features = scene.features(settings.specular_roughness);
-    Session::new(choice, scene, &scene.cameras[0], settings, method, gather, features)
-        .expect("a session opens")
+    let features = scene.features(config.specular_roughness);
+    Session::new(
+        choice,
+        scene,
+        &scene.cameras[0],
+        &RenderConfig { method, gather: Some(gather), ..config.clone() },
+        features,
+    )
+    .expect("a session opens")
 }
 
 fn caustics(session: &mut Session, frame: u32) -> Vec<Vec3> {
@@ -64,7 +70,7 @@ struct Reference {
 
 impl Reference {
     fn for_scene(scene: &Scene) -> Reference {
-        let mut session = open(&CPU, scene, &Settings { emission: &AIMED, ..settings(1 << 16, 1) }, &BASIC);
+        let mut session = open(&CPU, scene, &RenderConfig { emission: &AIMED, ..config(1 << 16, 1) }, &BASIC);
         let mut light = vec![0.0; 160 * 90];
         let mut direct = Vec::new();
         let frames = 16;
@@ -94,8 +100,8 @@ impl Reference {
 /// Caustics of frames of several seeds (of index `frame`, those before it rendered too).
 fn frames(scene: &Scene, emission: &'static Emission, light_paths: u32, frame: u32) -> Vec<Vec<Vec3>> {
     let run = |seed: u32| {
-        let settings = Settings { emission, ..settings(light_paths, 10 + seed) };
-        let mut session = open(&CPU, scene, &settings, &BASIC);
+        let config = RenderConfig { emission, ..config(light_paths, 10 + seed) };
+        let mut session = open(&CPU, scene, &config, &BASIC);
         (0..=frame).map(|frame| caustics(&mut session, frame)).next_back().expect("a frame")
     };
     (0..6).map(run).collect()
@@ -131,7 +137,7 @@ fn threads_and_gathers_change_no_bit() {
     let scene = committed("ring");
     let result = |threads, gather| {
         let choice = RunnerChoice::Cpu { threads };
-        let mut session = open_with(&choice, &scene, &settings(16_384, 3), &BASIC, gather);
+        let mut session = open_with(&choice, &scene, &config(16_384, 3), &BASIC, gather);
         (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
         session.state().expect("a state")
     };
@@ -146,7 +152,7 @@ fn threads_and_gathers_change_no_bit() {
 #[test]
 fn a_state_that_is_restored_goes_on() {
     let mut scene = Moving::GlassCaster.scene();
-    let settings = settings(16_384, 9);
+    let config = config(16_384, 9);
     let pose = |session: &mut Session, scene: &mut Scene, time: f64| {
         scene.pose(time).expect("a pose");
         session.pose(scene, &scene.cameras[0].clone()).expect("a pose");
@@ -154,13 +160,13 @@ fn a_state_that_is_restored_goes_on() {
     for moves in [false, true] {
         let time = |frame: u32| if moves { f64::from(frame) * 0.1 } else { 0.0 };
         scene.pose(0.0).expect("a pose");
-        let mut whole = open(&CPU, &scene, &settings, &BASIC);
+        let mut whole = open(&CPU, &scene, &config, &BASIC);
         for frame in 0..3 {
             pose(&mut whole, &mut scene, time(frame));
             whole.frame(frame).expect("a frame runs");
         }
         let state: Vec<_> = whole.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
-        let mut resumed = open(&CPU, &scene, &settings, &BASIC);
+        let mut resumed = open(&CPU, &scene, &config, &BASIC);
         resumed.restore(2, &state).expect("a state");
         pose(&mut whole, &mut scene, time(3));
         pose(&mut resumed, &mut scene, time(3));
@@ -173,7 +179,7 @@ fn a_state_that_is_restored_goes_on() {
 fn what_is_known_fades_where_something_moves() {
     let mut scene = Moving::Light.scene();
     let paths = 16_384;
-    let mut session = open(&CPU, &scene, &settings(paths, 9), &BASIC);
+    let mut session = open(&CPU, &scene, &config(paths, 9), &BASIC);
     let starts = |session: &mut Session, scene: &Scene, frame| {
         session.pose(scene, &scene.cameras[0]).expect("a pose");
         session.frame(frame).expect("a frame runs");
@@ -208,12 +214,12 @@ fn a_caster_that_jumps_is_found_again() {
     let variances = |emission: &'static Emission, still: u32, frames: u32| {
         let runs: Vec<Vec<Vec<Vec3>>> = (0..4)
             .map(|seed| {
-                let settings = Settings { emission, ..settings(16_384, 20 + seed) };
-                let mut before = open(&CPU, &here, &settings, &BASIC);
+                let config = RenderConfig { emission, ..config(16_384, 20 + seed) };
+                let mut before = open(&CPU, &here, &config, &BASIC);
                 (0..still).for_each(|frame| drop(before.frame(frame).expect("a frame runs")));
                 let state: Vec<_> =
                     before.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
-                let mut after = open(&CPU, &there, &settings, &BASIC);
+                let mut after = open(&CPU, &there, &config, &BASIC);
                 after.restore(still - 1, &state).expect("a state");
                 // As an animation would say.
                 after.jump();
@@ -239,8 +245,8 @@ fn splats_are_scored_too() {
     let measured = |emission, frame| {
         let sums: Vec<f64> = (0..8)
             .map(|seed| {
-                let settings = Settings { emission, ..settings(131_072, 30 + seed) };
-                let mut session = open(&CPU, &scene, &settings, &KIM2019);
+                let config = RenderConfig { emission, ..config(131_072, 30 + seed) };
+                let mut session = open(&CPU, &scene, &config, &KIM2019);
                 (0..=frame).map(|frame| sum(&caustics(&mut session, frame))).next_back().expect("a frame")
             })
             .collect();
@@ -250,7 +256,7 @@ fn splats_are_scored_too() {
     println!("power {power:?}, aimed {aimed:?}, guided {guided:?}");
     assert!(guided.agrees(&power, 3.0) && guided.agrees(&aimed, 3.0));
     assert!(power.error < 0.02 * power.value, "the test is too blunt");
-    let mut session = open(&CPU, &scene, &settings(32_768, 3), &KIM2019);
+    let mut session = open(&CPU, &scene, &config(32_768, 3), &KIM2019);
     session.frame(0).expect("a frame runs");
     let scores: Vec<u32> = session.read("start_scores").expect("scores");
     assert!(scores.iter().filter(|score| **score > 0).count() > 200);
@@ -321,7 +327,7 @@ fn a_gpu_learns_as_the_cpu_does() {
     let Some(gpu) = watched_gpu() else { return };
     let scene = committed("mirror-room");
     let frames = |choice: &RunnerChoice, seed| {
-        let mut session = open(choice, &scene, &settings(16_384, seed), &BASIC);
+        let mut session = open(choice, &scene, &config(16_384, seed), &BASIC);
         (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
         ["caustic_radiance", "guide_pyramid"].map(|buffer| session.read::<f32>(buffer).expect("a buffer"))
     };
@@ -355,7 +361,7 @@ const FRAMES: u32 = 18;
 fn animation(name: &str, emission: &'static Emission, seed: u32) -> Vec<[Vec<Vec3>; 2]> {
     let mut scene = committed(name);
     scene.pose(0.0).expect("a pose");
-    let mut session = open(&CPU, &scene, &Settings { emission, ..settings(16_384, seed) }, &BASIC);
+    let mut session = open(&CPU, &scene, &RenderConfig { emission, ..config(16_384, seed) }, &BASIC);
     let frame = |frame: u32| {
         scene.pose(f64::from(frame) / 12.0).expect("a pose");
         session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");

@@ -1,10 +1,10 @@
 //! Looking into pixels: what is found again is what the frame found, to the bit, and paths lead where they say.
 
 use caustics::inspect::{CameraPath, Event, Inspection, LightPath, Vertex};
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::session::{Session, SessionError};
-use caustics::settings::{Paths, Settings};
 use caustics::{history, method};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::interface::choice::{Caustics, PixelFilter};
@@ -19,21 +19,20 @@ use glam::{DVec3, Vec3};
 const WIDTH: u32 = 64;
 const HEIGHT: u32 = 36;
 
-fn settings(emission: &'static Emission, caustics: Caustics) -> Settings {
-    Settings {
+fn config(emission: &'static Emission, caustics: Caustics) -> RenderConfig {
+    RenderConfig {
         width: WIDTH,
         height: HEIGHT,
         light_paths: Paths::Count(12_000),
         emission,
         caustics,
         pixel_filter: PixelFilter::Box,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
-fn open(scene: &Scene, settings: Settings, method: &'static Method) -> Session {
-    let mut session =
-        Session::builder(scene).settings(settings).method(method).build().expect("a session opens");
+fn open(scene: &Scene, config: RenderConfig, method: &'static Method) -> Session {
+    let mut session = Session::builder(scene).config(config).method(method).build().expect("a session opens");
     session.keep_starts(true);
     session
 }
@@ -151,7 +150,7 @@ fn deposits_are_those_of_the_picture_for_every_emission_and_share_of_light() {
         for method in [&method::BASIC, &method::PROGRESSIVE] {
             for caustics in [Caustics::First, Caustics::Any] {
                 for emission in [&POWER, &AIMED, &GUIDED] {
-                    let mut session = open(&scene, settings(emission, caustics), method);
+                    let mut session = open(&scene, config(emission, caustics), method);
                     // The first has a pilot where the emission learns, the second was learnt for.
                     for frame in 0..2 {
                         session.frame(frame).expect("a frame");
@@ -213,7 +212,7 @@ fn paths_are_told_in_every_kind_of_scene() {
         ("holed", holed_room()),
     ];
     for (name, scene) in scenes {
-        let mut session = open(&scene, settings(&AIMED, Caustics::Any), &method::BASIC);
+        let mut session = open(&scene, config(&AIMED, Caustics::Any), &method::BASIC);
         session.frame(3).expect("a frame");
         let image = session.image().expect("an image");
         let (mut events, mut of_one_channel) = (Vec::new(), false);
@@ -257,12 +256,12 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
     b.light(DVec3::new(0.0, 3.0, 0.5), 5.0);
     b.camera(DVec3::new(0.0, 0.5, 1.0), DVec3::new(0.0, 0.3, -1.0), 0.2);
     let scene = Scene { origin: DVec3::new(10.0, 20.0, 30.0), ..b.build() };
-    let settings = Settings {
+    let config = RenderConfig {
         light_paths: Paths::Count(200_000),
         pixel_filter: PixelFilter::Centre,
-        ..settings(&POWER, Caustics::First)
+        ..config(&POWER, Caustics::First)
     };
-    let mut session = open(&scene, settings, &method::BASIC);
+    let mut session = open(&scene, config, &method::BASIC);
     session.frame(0).expect("a frame");
     let pixel = (HEIGHT / 2) * WIDTH + WIDTH / 2;
     let found = holds(&mut session, &scene, pixel);
@@ -302,7 +301,7 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
 #[test]
 fn without_its_maps_a_pilot_is_left_out_and_said_to_be() {
     let scene = committed("mirror-room");
-    let mut session = open(&scene, settings(&GUIDED, Caustics::First), &method::BASIC);
+    let mut session = open(&scene, config(&GUIDED, Caustics::First), &method::BASIC);
     session.keep_starts(false);
     for (frame, skipped) in [(0, 12_000 / 8), (1, 0)] {
         session.frame(frame).expect("a frame");
@@ -316,7 +315,7 @@ fn without_its_maps_a_pilot_is_left_out_and_said_to_be() {
 fn keeping_what_paths_start_by_changes_no_picture() {
     let scene = committed("mirror-room");
     let images = [false, true].map(|keeps| {
-        let mut session = open(&scene, settings(&GUIDED, Caustics::First), &method::BASIC);
+        let mut session = open(&scene, config(&GUIDED, Caustics::First), &method::BASIC);
         session.keep_starts(keeps);
         [0, 1].map(|frame| {
             session.frame(frame).expect("a frame");
@@ -332,7 +331,7 @@ fn methods_without_points_tell_a_path_and_those_with_other_kernels_no_deposits()
     for (method, has_point, has_photons) in
         [(&method::PATH, false, false), (&method::KIM2019, true, false), (&method::YANG2021, true, false)]
     {
-        let mut session = open(&scene, settings(&POWER, Caustics::First), method);
+        let mut session = open(&scene, config(&POWER, Caustics::First), method);
         session.frame(0).expect("a frame");
         let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 4).expect("a pixel");
         assert!(!found.camera_path.vertices.is_empty());
@@ -349,8 +348,8 @@ fn methods_without_points_tell_a_path_and_those_with_other_kernels_no_deposits()
 #[test]
 fn a_history_lends_light_but_no_deposits() {
     let scene = committed("mirror-room");
-    let settings = Settings { history: &history::VALIDATED, ..settings(&POWER, Caustics::First) };
-    let mut session = open(&scene, settings, &method::BASIC);
+    let config = RenderConfig { history: &history::VALIDATED, ..config(&POWER, Caustics::First) };
+    let mut session = open(&scene, config, &method::BASIC);
     for frame in 0..2 {
         session.frame(frame).expect("a frame");
     }
@@ -365,7 +364,7 @@ fn a_history_lends_light_but_no_deposits() {
 fn there_is_nothing_to_look_into_before_a_frame_and_where_the_scene_is_another() {
     let mut scene = committed("moving-caster");
     let camera = scene.cameras[0].clone();
-    let mut session = open(&scene, settings(&POWER, Caustics::First), &method::BASIC);
+    let mut session = open(&scene, config(&POWER, Caustics::First), &method::BASIC);
     let no_frame = |session: &mut Session, scene: &Scene| {
         matches!(session.inspect(scene, 0, 0, 1), Err(SessionError::NoFrame))
     };
@@ -388,7 +387,7 @@ fn there_is_nothing_to_look_into_before_a_frame_and_where_the_scene_is_another()
 #[test]
 fn a_dark_scene_has_paths_of_the_camera_alone() {
     let scene = Scene { lights: Vec::new(), ..committed("mirror-room") };
-    let mut session = open(&scene, settings(&POWER, Caustics::First), &method::BASIC);
+    let mut session = open(&scene, config(&POWER, Caustics::First), &method::BASIC);
     session.frame(0).expect("a frame");
     let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 4).expect("a pixel");
     let photons = found.photons.expect("photons");

@@ -1,12 +1,11 @@
 //! The baseline `kim2019`: its energy and its error beside OurBasic's where a caustic is seen directly, and that it shows
 //! none in a mirror.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics_bench::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
@@ -17,17 +16,24 @@ use caustics_tests::gpu::watched_gpu;
 use caustics_tests::scenes::{Builder, committed, lambert, metal};
 use glam::{DVec3, Vec3};
 
-fn settings(seed: u32) -> Settings {
-    Settings { width: 240, height: 135, light_paths: Paths::Count(16_402), seed, ..Settings::default() }
+fn config(seed: u32) -> RenderConfig {
+    RenderConfig {
+        width: 240,
+        height: 135,
+        light_paths: Paths::Count(16_402),
+        seed,
+        ..RenderConfig::default()
+    }
 }
 
-fn session(choice: &RunnerChoice, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
-    let features = scene.features(settings.specular_roughness);
-    Session::new(choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features).unwrap()
+fn session(choice: &RunnerChoice, scene: &Scene, config: &RenderConfig, method: &'static Method) -> Session {
+    let features = scene.features(config.specular_roughness);
+    Session::new(choice, scene, &scene.cameras[0], &RenderConfig { method, ..config.clone() }, features)
+        .unwrap()
 }
 
-fn images(scene: &Scene, settings: &Settings, method: &'static Method, frames: u32) -> Vec<RenderedImage> {
-    let mut session = session(&RunnerChoice::Cpu { threads: 0 }, scene, settings, method);
+fn images(scene: &Scene, config: &RenderConfig, method: &'static Method, frames: u32) -> Vec<RenderedImage> {
+    let mut session = session(&RunnerChoice::Cpu { threads: 0 }, scene, config, method);
     let mut image = |frame| {
         session.frame(frame).unwrap();
         session.image().unwrap()
@@ -52,7 +58,7 @@ fn direct(images: &[RenderedImage]) -> Vec<f64> {
 #[test]
 fn kim_conserves_the_energy_of_a_caustic_seen_directly() {
     let scene = committed("moving-caster");
-    let many = Settings { light_paths: Paths::Count(200_000), ..settings(1) };
+    let many = RenderConfig { light_paths: Paths::Count(200_000), ..config(1) };
     let of_frames = |method| direct(&images(&scene, &many, method, 40));
     // The same light paths, so that ratios frame by frame have little noise.
     let reference = of_frames(&PROGRESSIVE);
@@ -81,8 +87,8 @@ fn kim_conserves_the_energy_of_a_grazing_caustic() {
     b.camera(DVec3::new(0.0, 0.6, 3.0), DVec3::new(0.0, 0.0, 0.0), 0.7);
     let scene = b.build();
     for (width, height) in [(128, 80), (512, 320)] {
-        let size = |seed| Settings { width, height, light_paths: Paths::Count(50_000), ..settings(seed) };
-        let jittered = Settings { pixel_filter: PixelFilter::Box, ..size(1) };
+        let size = |seed| RenderConfig { width, height, light_paths: Paths::Count(50_000), ..config(seed) };
+        let jittered = RenderConfig { pixel_filter: PixelFilter::Box, ..size(1) };
         let reference = direct(&images(&scene, &jittered, &BASIC, 8));
         let kim = direct(&images(&scene, &size(1), &KIM2019, 8));
         // The same light paths, so that ratios frame by frame have little noise.
@@ -98,14 +104,14 @@ fn kim_conserves_the_energy_of_a_grazing_caustic() {
 #[test]
 fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
     let scene = committed("ring");
-    let (kim, basic) = (images(&scene, &settings(1), &KIM2019, 12), images(&scene, &settings(1), &BASIC, 12));
+    let (kim, basic) = (images(&scene, &config(1), &KIM2019, 12), images(&scene, &config(1), &BASIC, 12));
     let depth = &basic[0].depth;
     let caustics = |image: &RenderedImage| -> Vec<Vec3> {
         let pairs = depth.iter().zip(&image.caustics);
         pairs.map(|(depth, value)| if *depth == 1.0 { *value } else { Vec3::ZERO }).collect()
     };
     let frames =
-        images(&scene, &Settings { light_paths: Paths::Count(131_072), ..settings(9) }, &PROGRESSIVE, 128);
+        images(&scene, &RenderConfig { light_paths: Paths::Count(131_072), ..config(9) }, &PROGRESSIVE, 128);
     let mean = |layer: &dyn Fn(&RenderedImage) -> Vec<Vec3>| {
         let mut mean = vec![Vec3::ZERO; depth.len()];
         for frame in &frames {
@@ -143,7 +149,7 @@ fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
 #[test]
 fn kim_shows_no_caustic_in_a_perfect_mirror() {
     let scene = committed("mirror-room");
-    let many = Settings { light_paths: Paths::Count(100_000), ..settings(1) };
+    let many = RenderConfig { light_paths: Paths::Count(100_000), ..config(1) };
     let kim = images(&scene, &many, &KIM2019, 1).remove(0);
     let basic = images(&scene, &many, &BASIC, 1).remove(0);
     let behind = |image: &RenderedImage| -> (usize, f64) {
@@ -163,7 +169,7 @@ fn kim_shows_no_caustic_in_a_perfect_mirror() {
 fn a_gpu_splats_as_the_cpu_does() {
     let Some(gpu) = watched_gpu() else { return };
     let scene = committed("ring");
-    let small = Settings { width: 96, height: 54, light_paths: Paths::Count(40_000), ..settings(1) };
+    let small = RenderConfig { width: 96, height: 54, light_paths: Paths::Count(40_000), ..config(1) };
     let expected = direct(&images(&scene, &small, &KIM2019, 3)).iter().sum::<f64>();
     for &hardware in gpu.tracers() {
         let mut session = session(&gpu.choice(hardware), &scene, &small, &KIM2019);

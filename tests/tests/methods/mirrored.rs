@@ -1,14 +1,12 @@
 //! Things that move, seen in mirrors: a history costs no more there than it gives, of caustics and of path-traced light.
 
 use caustics::accumulation::Accumulation;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::choice::{PathHistory, PixelFilter, Sampler};
-use caustics_kernels::method::basic::BASIC;
 use caustics_tests::moving::{Moving, moving_mirror};
 use glam::Vec3;
 
@@ -21,32 +19,31 @@ const FRAMES: u32 = 16;
 /// Depth of a collection point that is seen in a mirror.
 const MIRRORED: f32 = 2.0;
 
-fn settings(seed: u32) -> Settings {
-    Settings {
+fn config(seed: u32) -> RenderConfig {
+    RenderConfig {
         width: WIDTH,
         height: HEIGHT,
         light_paths: Paths::Count(WIDTH * HEIGHT / 2),
         seed,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
-fn with_histories(settings: Settings) -> Settings {
-    Settings { history: &VALIDATED, path_history: PathHistory::Validated, ..settings }
+fn with_histories(config: RenderConfig) -> RenderConfig {
+    RenderConfig { history: &VALIDATED, path_history: PathHistory::Validated, ..config }
 }
 
-fn open(scene: &Scene, settings: &Settings) -> Session {
-    let features = scene.features(settings.specular_roughness);
+fn open(scene: &Scene, config: &RenderConfig) -> Session {
+    let features = scene.features(config.specular_roughness);
     let cpu = RunnerChoice::Cpu { threads: 0 };
-    Session::new(&cpu, scene, &scene.cameras[0], settings, &BASIC, &PHOTONS_GRID, features)
-        .expect("a session opens")
+    Session::new(&cpu, scene, &scene.cameras[0], config, features).expect("a session opens")
 }
 
 /// The last frames of an animation.
-fn animation(scene: &Scene, settings: &Settings) -> Vec<RenderedImage> {
+fn animation(scene: &Scene, config: &RenderConfig) -> Vec<RenderedImage> {
     let mut scene = scene.clone();
     scene.pose(0.0).expect("a pose");
-    let mut session = open(&scene, settings);
+    let mut session = open(&scene, config);
     let frame = |frame: u32| {
         scene.pose(f64::from(frame) / FPS).expect("a pose");
         session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
@@ -62,11 +59,11 @@ type Layer = fn(&RenderedImage) -> &Vec<Vec3>;
 /// Means of many frames of each of the last poses, over whole pixels.
 fn reference(scene: &Scene, samples: u32) -> Vec<RenderedImage> {
     let mut scene = scene.clone();
-    let many = Settings {
+    let many = RenderConfig {
         light_paths: Paths::Count(4 * WIDTH * HEIGHT),
         pixel_filter: PixelFilter::Box,
         sampler: Sampler::Sobol,
-        ..settings(77)
+        ..config(77)
     };
     let mean = |frame: u32| {
         scene.pose(f64::from(frame) / FPS).expect("a pose");
@@ -102,8 +99,8 @@ fn errors_over_none(scene: &Scene, samples: u32, seeds: u32) -> [f64; 2] {
     let layers: [Layer; 2] = [|image| &image.caustics, |image| &image.path];
     let mut sums = [[0.0; 2]; 2];
     for seed in 0..seeds {
-        let none = animation(scene, &settings(seed));
-        let kept = animation(scene, &with_histories(settings(seed)));
+        let none = animation(scene, &config(seed));
+        let kept = animation(scene, &with_histories(config(seed)));
         let mirrored = none[0].depth.iter().filter(|depth| **depth == MIRRORED).count();
         assert!(mirrored > none[0].depth.len() / 3, "{mirrored} pixels show the mirror");
         for (layer, sums) in layers.into_iter().zip(&mut sums) {

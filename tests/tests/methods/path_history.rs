@@ -1,15 +1,13 @@
 //! The history of path-traced light: what it must equal, what it must notice, and what it must not lose.
 
 use caustics::accumulation::Accumulation;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::history::path::MAX_FRAMES;
 use caustics_kernels::interface::choice::{PathHistory, PixelFilter, Sampler};
 use caustics_kernels::interface::history::{HistoryPoint, PathHistoryLight, Retraced};
 use caustics_kernels::interface::material::Material;
-use caustics_kernels::method::basic::BASIC;
 use caustics_tests::frames::sums;
 use caustics_tests::moving::Moving;
 use caustics_tests::scenes::{Builder, blended_room, coated, committed, emitter, flint, lambert};
@@ -19,29 +17,28 @@ use glam::{DVec3, Vec2, Vec3};
 const FPS: f64 = 24.0;
 const ALL: [PathHistory; 2] = [PathHistory::None, PathHistory::Validated];
 
-fn settings(path_history: PathHistory, seed: u32) -> Settings {
-    Settings {
+fn config(path_history: PathHistory, seed: u32) -> RenderConfig {
+    RenderConfig {
         width: 96,
         height: 54,
         light_paths: Paths::Count(100),
         path_history,
         seed,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
-fn session(scene: &Scene, settings: &Settings, threads: usize) -> Session {
-    let features = scene.features(settings.specular_roughness);
+fn session(scene: &Scene, config: &RenderConfig, threads: usize) -> Session {
+    let features = scene.features(config.specular_roughness);
     let choice = RunnerChoice::Cpu { threads };
-    Session::new(&choice, scene, &scene.cameras[0], settings, &BASIC, &PHOTONS_GRID, features)
-        .expect("a session opens")
+    Session::new(&choice, scene, &scene.cameras[0], config, features).expect("a session opens")
 }
 
 /// The path-traced light of so many frames of an animation.
-fn animation(scene: &Scene, settings: &Settings, count: u32) -> Vec<Vec<Vec3>> {
+fn animation(scene: &Scene, config: &RenderConfig, count: u32) -> Vec<Vec<Vec3>> {
     let mut scene = scene.clone();
     scene.pose(0.0).expect("a pose");
-    let mut session = session(&scene, settings, 0);
+    let mut session = session(&scene, config, 0);
     let frame = |frame: u32| {
         scene.pose(f64::from(frame) / FPS).expect("a pose");
         session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
@@ -71,8 +68,9 @@ fn corner() -> Scene {
 fn a_still_view_shows_the_mean_of_its_frames() {
     let scene = corner();
     for pixel_filter in PixelFilter::ALL.iter().copied() {
-        let [mut raw, mut kept] = ALL
-            .map(|path_history| session(&scene, &Settings { pixel_filter, ..settings(path_history, 3) }, 0));
+        let [mut raw, mut kept] = ALL.map(|path_history| {
+            session(&scene, &RenderConfig { pixel_filter, ..config(path_history, 3) }, 0)
+        });
         let mut mean = Accumulation::default();
         for frame in 0..24 {
             for session in [&mut raw, &mut kept] {
@@ -102,9 +100,9 @@ fn a_still_view_shows_the_mean_of_its_frames() {
 #[test]
 fn what_rests_is_found_again_to_the_bit() {
     for sampler in [Sampler::Independent, Sampler::Sobol] {
-        let settings = Settings { sampler, ..settings(PathHistory::Validated, 1) };
+        let config = RenderConfig { sampler, ..config(PathHistory::Validated, 1) };
         let mut scene = committed("animated-camera");
-        let mut session = session(&scene, &settings, 0);
+        let mut session = session(&scene, &config, 0);
         for frame in 0..6 {
             scene.pose(f64::from(frame) / FPS).expect("a pose");
             session.pose(&scene, &scene.cameras[0].clone()).expect("a pose");
@@ -126,7 +124,7 @@ fn what_rests_is_found_again_to_the_bit() {
 #[test]
 fn what_blends_is_found_again_to_the_bit() {
     let scene = blended_room().build();
-    let mut session = session(&scene, &settings(PathHistory::Validated, 1), 0);
+    let mut session = session(&scene, &config(PathHistory::Validated, 1), 0);
     let mut camera = scene.cameras[0].clone();
     for frame in 0..4 {
         camera.position.x += 0.02;
@@ -144,7 +142,7 @@ fn what_blends_is_found_again_to_the_bit() {
 #[test]
 fn a_lamp_that_goes_out_leaves_no_ghost() {
     let (scene, step, count) = (committed("light-off"), 12, 18);
-    let [none, kept] = ALL.map(|path_history| animation(&scene, &settings(path_history, 0), count));
+    let [none, kept] = ALL.map(|path_history| animation(&scene, &config(path_history, 0), count));
     let mean = |layers: &[Vec<Vec3>]| layers.iter().map(|l| total(l)).sum::<f64>() / layers.len() as f64;
     let (on, off) = (mean(&none[..step]), mean(&none[step..]));
     assert!(off < 0.9 * on, "the lamp makes a part of the light: {off} of {on}");
@@ -174,8 +172,7 @@ fn what_moves_keeps_its_light() {
         let reference = reference(&scene, 128, frames);
         let (mut energies, mut errors) = (Vec::new(), [0.0; 2]);
         for seed in 0..seeds {
-            let [none, kept] =
-                ALL.map(|path_history| animation(&scene, &settings(path_history, seed), frames));
+            let [none, kept] = ALL.map(|path_history| animation(&scene, &config(path_history, seed), frames));
             let energy = |frames: &[Vec<Vec3>]| frames.iter().map(|layer| total(layer)).sum::<f64>();
             energies.push(energy(&kept) / energy(&none));
             for (error, run) in errors.iter_mut().zip([&none, &kept]) {
@@ -193,12 +190,12 @@ fn what_moves_keeps_its_light() {
 fn reference(scene: &Scene, samples: u32, frames: u32) -> Vec<Vec3> {
     let mut scene = scene.clone();
     scene.pose(f64::from(frames - 1) / FPS).expect("a pose");
-    let settings = Settings {
+    let config = RenderConfig {
         pixel_filter: PixelFilter::Box,
         sampler: Sampler::Sobol,
-        ..settings(PathHistory::None, 77)
+        ..config(PathHistory::None, 77)
     };
-    let mut session = session(&scene, &settings, 0);
+    let mut session = session(&scene, &config, 0);
     let mut sum = Accumulation::default();
     for frame in 0..samples {
         session.frame(frame).expect("a frame runs");
@@ -217,7 +214,7 @@ fn squares(layer: &[Vec3], reference: &[Vec3]) -> f64 {
 #[test]
 fn a_cut_equals_no_history() {
     let scene = committed("camera-cut");
-    let [none, kept] = ALL.map(|path_history| animation(&scene, &settings(path_history, 0), 14));
+    let [none, kept] = ALL.map(|path_history| animation(&scene, &config(path_history, 0), 14));
     assert!(none[0] == kept[0] && none[12] == kept[12]);
     assert!(none[11] != kept[11] && none[13] != kept[13], "there is a history elsewhere");
 }
@@ -235,7 +232,7 @@ fn behind_dispersive_glass_nothing_is_lent() {
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.6);
     let scene = b.build();
     let [none, kept] = ALL.map(|path_history| {
-        let mut session = session(&scene, &settings(path_history, 0), 0);
+        let mut session = session(&scene, &config(path_history, 0), 0);
         (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
         session.image().expect("an image").path
     });
@@ -259,7 +256,7 @@ fn what_lies_below_a_coat_keeps_its_light() {
     let scene = b.build();
     let mean = |path_history| {
         let run = |seed| {
-            let mut session = session(&scene, &settings(path_history, seed), 0);
+            let mut session = session(&scene, &config(path_history, seed), 0);
             (0..6).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
             total(&session.image().expect("an image").path)
         };

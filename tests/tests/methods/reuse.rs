@@ -2,8 +2,8 @@
 
 mod curved;
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{Scene, SceneCamera};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::history::{NONE, PAPER, VALIDATED};
 use caustics_tests::frames::{Frames, sums};
 use caustics_tests::scenes::*;
@@ -21,8 +21,8 @@ fn lit_floor() -> Scene {
     b.build()
 }
 
-fn settings(width: u32, height: u32, light_paths: u32) -> Settings {
-    Settings { width, height, light_paths: Paths::Count(light_paths), ..Settings::default() }
+fn config(width: u32, height: u32, light_paths: u32) -> RenderConfig {
+    RenderConfig { width, height, light_paths: Paths::Count(light_paths), ..RenderConfig::default() }
 }
 
 /// O8: 0.2 of a frame are blended into 0.8 of the mean.
@@ -33,10 +33,9 @@ fn the_paper_blends_a_fifth_of_each_frame() {
 
 /// Holds that formula pixel by pixel; the moments of a frame and of the paper's history over `count` frames behind `warm`.
 fn papers_moments(warm: u32, count: u32) -> [Vec<(f64, f64)>; 2] {
-    let (scene, settings) = (lit_floor(), settings(48, 32, 40_000));
-    let (mut none, mut paper) =
-        (Frames::new(&scene, &settings, &NONE), Frames::new(&scene, &settings, &PAPER));
-    let pixels = (settings.width * settings.height) as usize;
+    let (scene, config) = (lit_floor(), config(48, 32, 40_000));
+    let (mut none, mut paper) = (Frames::new(&scene, &config, &NONE), Frames::new(&scene, &config, &PAPER));
+    let pixels = (config.width * config.height) as usize;
     let mut moments = [vec![(0.0, 0.0); pixels], vec![(0.0, 0.0); pixels]];
     let mut mean = vec![0.0; pixels];
     for frame in 0..warm + count {
@@ -60,9 +59,9 @@ fn papers_moments(warm: u32, count: u32) -> [Vec<(f64, f64)>; 2] {
 /// In a scene that stands still the validated history is the mean of all frames: its variance falls as 1/n.
 #[test]
 fn the_validated_history_of_a_still_scene_is_the_mean_of_its_frames() {
-    let (scene, settings) = (committed("mirror-room"), settings(80, 45, 20_000));
+    let (scene, config) = (committed("mirror-room"), config(80, 45, 20_000));
     let (mut none, mut validated) =
-        (Frames::new(&scene, &settings, &NONE), Frames::new(&scene, &settings, &VALIDATED));
+        (Frames::new(&scene, &config, &NONE), Frames::new(&scene, &config, &VALIDATED));
     let mut mean: Vec<f64> = Vec::new();
     let frames = 64;
     for frame in 0..frames {
@@ -94,8 +93,8 @@ fn a_still_scene_keeps_converging() {
     let (scene, seeds) = (committed("mirror-room"), 6);
     let last = |history, frames: u32| -> Vec<Vec<f64>> {
         let run = |seed| {
-            let settings = Settings { seed, ..settings(64, 36, 10_000) };
-            let mut all = Frames::new(&scene, &settings, history);
+            let config = RenderConfig { seed, ..config(64, 36, 10_000) };
+            let mut all = Frames::new(&scene, &config, history);
             (1..frames).for_each(|_| drop(all.render()));
             sums(&all.render())
         };
@@ -155,15 +154,15 @@ fn a_line_of_light_stays_as_narrow_as_it_is() {
 
 /// Under an eye that moves by `step` (m) a frame.
 fn line_stays_narrow(step: Vec3) {
-    let (scene, settings) = (line_of_light(), settings(96, 64, 60_000));
+    let (scene, config) = (line_of_light(), config(96, 64, 60_000));
     let camera = &scene.cameras[0];
     let last = moved(camera, step * 100.0);
     // The line itself: one frame of very many paths.
-    let many = Settings { light_paths: Paths::Count(100 * settings.max_light_paths()), ..settings.clone() };
-    let width = |layer: &[Vec3]| width_of_line(&sums(layer), settings.width as usize);
+    let many = RenderConfig { light_paths: Paths::Count(100 * config.max_light_paths()), ..config.clone() };
+    let width = |layer: &[Vec3]| width_of_line(&sums(layer), config.width as usize);
     let line = width(&Frames::new(&scene, &many, &NONE).pose(&scene, &last));
     let [paper, validated] = [&PAPER, &VALIDATED].map(|history| {
-        let mut frames = Frames::new(&scene, &settings, history);
+        let mut frames = Frames::new(&scene, &config, history);
         (0..100).for_each(|frame| drop(frames.pose(&scene, &moved(camera, step * frame as f32))));
         width(&frames.pose(&scene, &last))
     });
@@ -176,12 +175,12 @@ fn line_stays_narrow(step: Vec3) {
 /// What shows up anew has no history: it equals OurBasic to the bit.
 #[test]
 fn what_was_not_seen_before_equals_no_history() {
-    let (scene, settings) = (committed("mirror-room"), settings(80, 45, 20_000));
+    let (scene, config) = (committed("mirror-room"), config(80, 45, 20_000));
     let camera = &scene.cameras[0];
     let turned = SceneCamera { right: -camera.right, forward: -camera.forward, ..camera.clone() };
     for history in [&PAPER, &VALIDATED] {
         let (mut none, mut other) =
-            (Frames::new(&scene, &settings, &NONE), Frames::new(&scene, &settings, history));
+            (Frames::new(&scene, &config, &NONE), Frames::new(&scene, &config, history));
         for _ in 0..4 {
             none.pose(&scene, camera);
             other.pose(&scene, camera);

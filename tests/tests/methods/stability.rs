@@ -3,9 +3,9 @@
 use caustics::image_file::Encoding;
 use caustics::metric::flip_ldr::flip_ldr;
 use caustics::metric::pixels::Pixels;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::RunnerChoice;
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::history::{ALL, History, NONE, PAPER, VALIDATED};
 use caustics_kernels::interface::history::HistoryPoint;
 use caustics_tests::frames::{Frames, sums};
@@ -15,26 +15,26 @@ use glam::{DVec3, Vec3};
 
 const FPS: f64 = 24.0;
 
-fn settings(width: u32, height: u32, light_paths: u32) -> Settings {
-    Settings { width, height, light_paths: Paths::Count(light_paths), ..Settings::default() }
+fn config(width: u32, height: u32, light_paths: u32) -> RenderConfig {
+    RenderConfig { width, height, light_paths: Paths::Count(light_paths), ..RenderConfig::default() }
 }
 
 /// Frames `0..count` of an animation: the caustics of each.
-fn animation(scene: &Scene, settings: &Settings, history: &'static History, count: u32) -> Vec<Vec<Vec3>> {
-    run(&RunnerChoice::Cpu { threads: 0 }, scene, settings, history, count).0
+fn animation(scene: &Scene, config: &RenderConfig, history: &'static History, count: u32) -> Vec<Vec<Vec3>> {
+    run(&RunnerChoice::Cpu { threads: 0 }, scene, config, history, count).0
 }
 
 /// The same on a runner, and the history that is left.
 fn run(
     choice: &RunnerChoice,
     scene: &Scene,
-    settings: &Settings,
+    config: &RenderConfig,
     history: &'static History,
     count: u32,
 ) -> (Vec<Vec<Vec3>>, Vec<HistoryPoint>) {
     let mut scene = scene.clone();
     scene.pose(0.0).unwrap();
-    let mut frames = Frames::open(choice, &scene, settings, history);
+    let mut frames = Frames::open(choice, &scene, config, history);
     let layers = (0..count)
         .map(|frame| {
             scene.pose(f64::from(frame) / FPS).unwrap();
@@ -54,14 +54,14 @@ fn total(layer: &[Vec3]) -> f64 {
 /// history has dropped it at once.
 #[test]
 fn a_lamp_that_goes_out_leaves_no_ghost() {
-    let (scene, settings) = (committed("light-off"), settings(128, 72, 600_000));
+    let (scene, config) = (committed("light-off"), config(128, 72, 600_000));
     let (step, count) = (12, 20);
-    let none = animation(&scene, &settings, &NONE, count as u32);
+    let none = animation(&scene, &config, &NONE, count as u32);
     let mean = |layers: &[Vec<Vec3>]| layers.iter().map(|l| total(l)).sum::<f64>() / layers.len() as f64;
     let (on, off) = (mean(&none[..step]), mean(&none[step..]));
     assert!(off < 0.7 * on, "the lamp makes a part of the caustics: {off} of {on}");
     for history in [&PAPER, &VALIDATED] {
-        let layers = animation(&scene, &settings, history, count as u32);
+        let layers = animation(&scene, &config, history, count as u32);
         for k in 0..count - step {
             let layer = total(&layers[step + k]);
             if history.name == "paper" {
@@ -80,22 +80,22 @@ fn a_lamp_that_goes_out_leaves_no_ghost() {
     }
 }
 
-fn pixels(layer: &[Vec3], settings: &Settings) -> Pixels {
+fn pixels(layer: &[Vec3], config: &RenderConfig) -> Pixels {
     let values: Vec<DVec3> = layer.iter().map(|v| v.as_dvec3()).collect();
-    Pixels { width: settings.width as usize, height: settings.height as usize, values }
+    Pixels { width: config.width as usize, height: config.height as usize, values }
 }
 
 /// FLIP of every frame of each history, against frames of very many light paths.
-fn errors(scene: &Scene, settings: &Settings, count: u32) -> Vec<(&'static str, Vec<f64>)> {
+fn errors(scene: &Scene, config: &RenderConfig, count: u32) -> Vec<(&'static str, Vec<f64>)> {
     let many =
-        Settings { light_paths: Paths::Count(64 * settings.max_light_paths()), seed: 5, ..settings.clone() };
+        RenderConfig { light_paths: Paths::Count(64 * config.max_light_paths()), seed: 5, ..config.clone() };
     let reference = animation(scene, &many, &NONE, count);
     let flip = |layer: &[Vec3], reference: &[Vec3]| {
-        flip_ldr(&pixels(layer, settings), &pixels(reference, settings), Encoding::Linear, 0.0, 67.0).mean()
+        flip_ldr(&pixels(layer, config), &pixels(reference, config), Encoding::Linear, 0.0, 67.0).mean()
     };
     ALL.iter()
         .map(|history| {
-            let layers = animation(scene, settings, history, count);
+            let layers = animation(scene, config, history, count);
             (
                 history.name,
                 layers.iter().zip(&reference).map(|(layer, reference)| flip(layer, reference)).collect(),
@@ -112,8 +112,8 @@ fn a_sliding_receiver_is_never_worse_than_without_history() {
 
 fn is_never_worse(names: &[&str]) {
     for &name in names {
-        let settings = settings(128, 72, (0.506 * 128.0 * 72.0) as u32);
-        let errors = errors(&committed(name), &settings, 24);
+        let config = config(128, 72, (0.506 * 128.0 * 72.0) as u32);
+        let errors = errors(&committed(name), &config, 24);
         let [none, paper, validated] = [0, 1, 2].map(|i| &errors[i].1);
         let worst = validated.iter().zip(none).map(|(a, b)| a / b).fold(0.0, f64::max);
         let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
@@ -135,8 +135,8 @@ fn is_never_worse(names: &[&str]) {
 /// Light that is late is lost where its old position is hidden, as by the ring that moves: the history must not be late.
 #[test]
 fn a_moving_metal_ring_keeps_the_energy_of_its_caustics() {
-    let settings = settings(128, 72, 2 * 128 * 72);
-    let [paper, validated] = kept(Moving::MetalCaster, [&PAPER, &VALIDATED], &settings, 24, 2);
+    let config = config(128, 72, 2 * 128 * 72);
+    let [paper, validated] = kept(Moving::MetalCaster, [&PAPER, &VALIDATED], &config, 24, 2);
     println!("energy over that without a history: paper {paper:?}, validated {validated:?}");
     // 2 %: what nobody sees. Frames of both histories have the same light paths: what remains of the noise is far below.
     assert!((validated.value - 1.0).abs() < 0.02 && validated.error < 0.01, "{validated:?}");
@@ -150,8 +150,8 @@ fn what_moves_together_keeps_its_history() {
     let [none, validated] = [&NONE, &VALIDATED].map(|history| {
         let runs: Vec<Vec<f64>> = (0..seeds)
             .map(|seed| {
-                let settings = Settings { seed, ..settings(128, 72, 20_000) };
-                sums(&animation(&scene, &settings, history, count)[count as usize - 1])
+                let config = RenderConfig { seed, ..config(128, 72, 20_000) };
+                sums(&animation(&scene, &config, history, count)[count as usize - 1])
             })
             .collect();
         let pixels = runs[0].len();
@@ -170,10 +170,10 @@ fn what_moves_together_keeps_its_history() {
 /// The first frame and the first one behind a cut equal OurBasic to the bit.
 #[test]
 fn a_cut_equals_no_history() {
-    let (scene, settings) = (committed("camera-cut"), settings(128, 72, 20_000));
-    let none = animation(&scene, &settings, &NONE, 14);
+    let (scene, config) = (committed("camera-cut"), config(128, 72, 20_000));
+    let none = animation(&scene, &config, &NONE, 14);
     for history in [&PAPER, &VALIDATED] {
-        let layers = animation(&scene, &settings, history, 14);
+        let layers = animation(&scene, &config, history, 14);
         assert!(layers[0] == none[0] && layers[12] == none[12], "{}", history.name);
         assert!(
             layers[11] != none[11] && layers[13] != none[13],
@@ -186,10 +186,10 @@ fn a_cut_equals_no_history() {
 /// Same seed: same bits, on one thread and on two.
 #[test]
 fn threads_change_no_bit_of_an_animation() {
-    let (scene, settings) = (committed("animated-light"), settings(96, 54, 10_000));
+    let (scene, config) = (committed("animated-light"), config(96, 54, 10_000));
     for history in ALL {
         let [one, two] =
-            [1, 2].map(|threads| run(&RunnerChoice::Cpu { threads }, &scene, &settings, history, 5));
+            [1, 2].map(|threads| run(&RunnerChoice::Cpu { threads }, &scene, &config, history, 5));
         assert!(one == two, "{}", history.name);
     }
 }

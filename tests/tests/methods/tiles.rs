@@ -1,12 +1,11 @@
 //! Tiles: an image that is rendered tile by tile is the image, to the bit where neither frames nor pixels depend on each other, and
 //! as an estimate elsewhere.
 
+use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session, SessionError};
-use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::emission::{AIMED, GUIDED, POWER};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::{Fireflies, PathHistory, PixelFilter, Sampler};
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::features::Features;
@@ -21,22 +20,22 @@ use caustics_tests::statistics::Mean;
 use glam::Vec3;
 
 /// Images of 45 rows: five tiles of nine, or four, of twelve and of nine at the end.
-fn settings(tiles: u32) -> Settings {
+fn config(tiles: u32) -> RenderConfig {
     let light_paths = Paths::Count(20_000);
-    Settings {
+    RenderConfig {
         width: 80,
         height: 45,
         light_paths,
         radius: Radius::Px(3.0),
         tiles: Some(tiles),
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
-fn open(scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
-    let features = scene.features(settings.specular_roughness) | Features::LEDGER;
+fn open(scene: &Scene, config: &RenderConfig, method: &'static Method) -> Session {
+    let features = scene.features(config.specular_roughness) | Features::LEDGER;
     let choice = RunnerChoice::Cpu { threads: 0 };
-    Session::new(&choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features)
+    Session::new(&choice, scene, &scene.cameras[0], &RenderConfig { method, ..config.clone() }, features)
         .expect("a session opens")
 }
 
@@ -52,12 +51,12 @@ fn a_picture_of_tiles_is_the_picture_to_the_bit() {
         [(&BASIC, Sampler::Blue), (&PROGRESSIVE, Sampler::Sobol), (&PATH, Sampler::Independent)]
     {
         let emission = if method.gathers { &AIMED } else { &POWER };
-        let with_tiles = |tiles| Settings {
+        let with_tiles = |tiles| RenderConfig {
             emission,
             sampler,
             pixel_filter: PixelFilter::Box,
             auxiliary: true,
-            ..settings(tiles)
+            ..config(tiles)
         };
         let mut whole = open(&scene, &with_tiles(1), method);
         let images = [0, 1].map(|index| frame(&mut whole, index));
@@ -79,14 +78,14 @@ fn a_picture_of_tiles_is_the_picture_to_the_bit() {
 }
 
 /// Settings by which frames learn from those before them, and are reused by those after.
-fn learning(tiles: u32) -> Settings {
-    Settings {
+fn learning(tiles: u32) -> RenderConfig {
+    RenderConfig {
         light_paths: Paths::Auto,
         radius: Radius::Auto,
         emission: &GUIDED,
         path_history: PathHistory::Validated,
         fireflies: Fireflies::Bounded,
-        ..settings(tiles)
+        ..config(tiles)
     }
 }
 
@@ -127,9 +126,9 @@ fn tiles_that_learn_find_the_same_light() {
     for method in [&BASIC, &YANG2021] {
         let [whole, tiled] = [1, 4].map(|tiles| {
             let emission = if method.name == "basic" { &GUIDED } else { &POWER };
-            let settings =
-                Settings { seed: tiles, emission, light_paths: Paths::Count(30_000), ..settings(tiles) };
-            let mut session = open(&scene, &settings, method);
+            let config =
+                RenderConfig { seed: tiles, emission, light_paths: Paths::Count(30_000), ..config(tiles) };
+            let mut session = open(&scene, &config, method);
             let frames: Vec<[f64; 2]> = (0..12).map(|index| light(&frame(&mut session, index))).collect();
             [0, 1].map(|part| Mean::from_samples(&frames.iter().map(|light| light[part]).collect::<Vec<_>>()))
         });
@@ -144,7 +143,7 @@ fn tiles_that_learn_find_the_same_light() {
 #[test]
 fn splats_are_the_same_but_for_the_edges_of_tiles() {
     let scene = load("cornell-box");
-    let [whole, tiled] = [1, 4].map(|tiles| light(&frame(&mut open(&scene, &settings(tiles), &KIM2019), 0)));
+    let [whole, tiled] = [1, 4].map(|tiles| light(&frame(&mut open(&scene, &config(tiles), &KIM2019), 0)));
     assert!(whole[1] > 0.0 && whole[0] == tiled[0], "{whole:?} {tiled:?}");
     assert!((whole[1] - tiled[1]).abs() < 0.01 * whole[1], "{whole:?} {tiled:?}");
 }
@@ -152,7 +151,7 @@ fn splats_are_the_same_but_for_the_edges_of_tiles() {
 #[test]
 fn nobody_looks_into_a_frame_of_tiles() {
     let scene = load("mirror-room");
-    let mut session = open(&scene, &settings(2), &BASIC);
+    let mut session = open(&scene, &config(2), &BASIC);
     session.frame(0).unwrap();
     assert!(matches!(session.inspect(&scene, 3, 3, 1), Err(SessionError::Tiles)));
 }

@@ -1,16 +1,15 @@
 //! Discs that are wider where photons were few: how wide, and what it buys.
 
+use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Radius, Settings};
 use caustics_kernels::denoiser::ATROUS;
 use caustics_kernels::emission::AIMED;
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, PHOTONS_GRID, Variant};
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::history::HistoryPoint;
-use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::pass::widen::{ENOUGH, WIDEST};
 use caustics_tests::frames::around;
 use caustics_tests::scenes::*;
@@ -18,22 +17,29 @@ use caustics_tests::scenes::*;
 const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 const SIZE: (usize, usize) = (160, 90);
 
-fn settings(light_paths: u32, seed: u32) -> Settings {
+fn config(light_paths: u32, seed: u32) -> RenderConfig {
     let (width, height) = (SIZE.0 as u32, SIZE.1 as u32);
-    Settings {
+    RenderConfig {
         width,
         height,
         light_paths: Paths::Count(light_paths),
         seed,
         emission: &AIMED,
         radius: Radius::Auto,
-        ..Settings::default()
+        ..RenderConfig::default()
     }
 }
 
-fn open(scene: &Scene, settings: &Settings, gather: &'static Variant) -> Session {
-    let features = scene.features(settings.specular_roughness);
-    Session::new(&CPU, scene, &scene.cameras[0], settings, &BASIC, gather, features).expect("a session opens")
+fn open(scene: &Scene, config: &RenderConfig, gather: &'static Variant) -> Session {
+    let features = scene.features(config.specular_roughness);
+    Session::new(
+        &CPU,
+        scene,
+        &scene.cameras[0],
+        &RenderConfig { gather: Some(gather), ..config.clone() },
+        features,
+    )
+    .expect("a session opens")
 }
 
 /// The image of this frame, after those before it.
@@ -46,8 +52,8 @@ fn image(session: &mut Session, frame: u32) -> RenderedImage {
 #[test]
 fn discs_are_as_wide_as_deposits_were_few() {
     let scene = committed("cornell-box");
-    let mut session = open(&scene, &settings(3000, 1), &PHOTONS_GRID);
-    let mut plain = open(&scene, &Settings { radius: Radius::Px(1.0), ..settings(3000, 1) }, &PHOTONS_GRID);
+    let mut session = open(&scene, &config(3000, 1), &PHOTONS_GRID);
+    let mut plain = open(&scene, &RenderConfig { radius: Radius::Px(1.0), ..config(3000, 1) }, &PHOTONS_GRID);
     for session in [&mut session, &mut plain] {
         session.frame(0).expect("a frame runs");
     }
@@ -92,8 +98,8 @@ fn discs_are_as_wide_as_deposits_were_few() {
 fn discs_that_widen_change_nothing_else() {
     let scene = committed("cornell-box");
     let run = |radius| {
-        let settings = Settings { radius, denoiser: &ATROUS, history: &VALIDATED, ..settings(3000, 1) };
-        let mut session = open(&scene, &settings, &PHOTONS_GRID);
+        let config = RenderConfig { radius, denoiser: &ATROUS, history: &VALIDATED, ..config(3000, 1) };
+        let mut session = open(&scene, &config, &PHOTONS_GRID);
         let found = image(&mut session, 3);
         let points: Vec<HistoryPoint> = session.read("history_points").expect("points");
         let samples: Vec<f32> = points.iter().map(|point| point.samples).collect();
@@ -112,7 +118,7 @@ fn discs_that_widen_change_nothing_else() {
 #[test]
 fn of_few_paths_discs_that_widen_have_the_least_error() {
     let scene = committed("mirror-room");
-    let fine = Settings { radius: Radius::Px(0.5), ..settings(1 << 19, 1000) };
+    let fine = RenderConfig { radius: Radius::Px(0.5), ..config(1 << 19, 1000) };
     let mut session = open(&scene, &fine, &PHOTONS_GRID);
     let frames = 12;
     let (mut caustics, mut all) = (vec![0.0; SIZE.0 * SIZE.1], vec![0.0; SIZE.0 * SIZE.1]);
@@ -130,8 +136,8 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
         let count = f64::from(seeds);
         let (mut error, mut light) = (0.0, 0.0);
         for seed in 0..seeds {
-            let settings = Settings { radius, ..settings(light_paths, seed) };
-            let found = image(&mut open(&scene, &settings, &PHOTONS_GRID), 2).caustics;
+            let config = RenderConfig { radius, ..config(light_paths, seed) };
+            let found = image(&mut open(&scene, &config, &PHOTONS_GRID), 2).caustics;
             for (pixel, found) in found.iter().enumerate() {
                 let found = f64::from(found.element_sum());
                 error += (found - caustics[pixel]).powi(2) / (all[pixel] * all[pixel] + dark * dark);
@@ -151,7 +157,7 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
         [Radius::Px(1.0), Radius::Auto].map(|radius| error_and_light(radius, many, 2));
     println!("of many paths: narrow {narrow_many:.4?}, by photons {auto_many:.4?}");
     assert!((auto.1 - narrow.1).abs() < 0.05 && (auto_many.1 - narrow_many.1).abs() < 0.01);
-    let by = |gather| image(&mut open(&scene, &settings(1 << 12, 1), gather), 2).caustics;
+    let by = |gather| image(&mut open(&scene, &config(1 << 12, 1), gather), 2).caustics;
     let one = by(&PHOTONS_GRID);
     for gather in variant::ALL.iter().filter(|gather| !gather.hardware && gather.name != "brute") {
         assert!(one == by(gather), "{}", gather.name);

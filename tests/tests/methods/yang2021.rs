@@ -2,12 +2,11 @@
 //! differentials, and its density map.
 
 use caustics::counters::Counters;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics_bench::error::{FLIP_CAUSTICS, MeasuredImage, Seen};
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::math::differential::{Differential, NormalDerivatives};
@@ -24,27 +23,27 @@ use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
 
-fn settings(width: u32, height: u32, light_paths: u32, seed: u32) -> Settings {
-    Settings { width, height, light_paths: Paths::Count(light_paths), seed, ..Settings::default() }
+fn config(width: u32, height: u32, light_paths: u32, seed: u32) -> RenderConfig {
+    RenderConfig { width, height, light_paths: Paths::Count(light_paths), seed, ..RenderConfig::default() }
 }
 
-fn open(scene: &Scene, settings: &Settings, method: &'static Method, threads: usize) -> Session {
-    open_on(&RunnerChoice::Cpu { threads }, scene, settings, method)
+fn open(scene: &Scene, config: &RenderConfig, method: &'static Method, threads: usize) -> Session {
+    open_on(&RunnerChoice::Cpu { threads }, scene, config, method)
 }
 
-fn open_on(choice: &RunnerChoice, scene: &Scene, settings: &Settings, method: &'static Method) -> Session {
-    let features = scene.features(settings.specular_roughness);
-    Session::new(choice, scene, &scene.cameras[0], settings, method, &PHOTONS_GRID, features)
+fn open_on(choice: &RunnerChoice, scene: &Scene, config: &RenderConfig, method: &'static Method) -> Session {
+    let features = scene.features(config.specular_roughness);
+    Session::new(choice, scene, &scene.cameras[0], &RenderConfig { method, ..config.clone() }, features)
         .expect("a session opens")
 }
 
 fn render(
     scene: &Scene,
-    settings: &Settings,
+    config: &RenderConfig,
     method: &'static Method,
     frames: u32,
 ) -> Vec<(RenderedImage, Counters)> {
-    let mut session = open(scene, settings, method, 0);
+    let mut session = open(scene, config, method, 0);
     (0..frames)
         .map(|frame| {
             session.frame(frame).expect("a frame runs");
@@ -72,8 +71,8 @@ fn ball() -> Scene {
 }
 
 /// The mean of frames of progressive photon mapping.
-fn reference(scene: &Scene, settings: &Settings, frames: u32) -> RenderedImage {
-    let mut all = render(scene, settings, &PROGRESSIVE, frames).into_iter().map(|(image, _)| image);
+fn reference(scene: &Scene, config: &RenderConfig, frames: u32) -> RenderedImage {
+    let mut all = render(scene, config, &PROGRESSIVE, frames).into_iter().map(|(image, _)| image);
     let mut mean = all.next().expect("a frame");
     for image in all {
         mean.caustics.iter_mut().zip(&image.caustics).for_each(|(sum, value)| *sum += *value);
@@ -95,13 +94,13 @@ fn conserves_energy(
     reference_frames: u32,
 ) {
     let reference =
-        render(scene, &settings(width, height, reference_paths, 77), &PROGRESSIVE, reference_frames);
+        render(scene, &config(width, height, reference_paths, 77), &PROGRESSIVE, reference_frames);
     let reference: Vec<f64> = reference.iter().map(|(image, _)| directly_seen(image)).collect();
     let reference = Mean::from_samples(&reference);
     assert!(reference.error < 0.005 * reference.value, "the test has lost its sharpness: {reference:?}");
     let (mut first, mut later) = (Vec::new(), Vec::new());
     for seed in 0..4 {
-        let frames = render(scene, &settings(width, height, paths, seed), &YANG2021, 8);
+        let frames = render(scene, &config(width, height, paths, seed), &YANG2021, 8);
         let sums: Vec<f64> = frames.iter().map(|(image, _)| directly_seen(image)).collect();
         first.push(sums[0] / reference.value);
         let mean = Mean::from_samples(&sums[4..]).value / reference.value;
@@ -125,10 +124,10 @@ fn energy_behind_a_lens_is_the_truths() {
 #[test]
 fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
     let scene = ball();
-    let reference = reference(&scene, &settings(240, 135, 262_144, 99), 48);
+    let reference = reference(&scene, &config(240, 135, 262_144, 99), 48);
     let measured_reference = MeasuredImage::new(&reference, &reference);
     let flip = |method| {
-        let frames = render(&scene, &settings(240, 135, 32_768, 5), method, 8);
+        let frames = render(&scene, &config(240, 135, 32_768, 5), method, 8);
         let errors: Vec<f64> = frames[4..]
             .iter()
             .map(|(image, _)| {
@@ -151,7 +150,7 @@ fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
 fn a_perfect_mirror_shows_no_caustic() {
     let scene = committed("mirror-room");
     let mirrored = |method| {
-        let frames = render(&scene, &settings(160, 90, 100_000, 1), method, 3);
+        let frames = render(&scene, &config(160, 90, 100_000, 1), method, 3);
         let image = &frames[2].0;
         let pixels = image.caustics.iter().zip(&image.depth).filter(|(_, depth)| **depth > 1.0);
         let values: Vec<f64> = pixels.map(|(value, _)| f64::from(value.element_sum())).collect();
@@ -166,7 +165,7 @@ fn a_perfect_mirror_shows_no_caustic() {
 /// ring. That the mean stays is what the tests of energy say of both maps.
 #[test]
 fn light_paths_learn_where_the_casters_are() {
-    let frames = render(&committed("ring"), &settings(240, 135, 65_536, 3), &YANG2021, 8);
+    let frames = render(&committed("ring"), &config(240, 135, 65_536, 3), &YANG2021, 8);
     let photons: Vec<u64> = frames.iter().map(|(_, counters)| counters.get(Counter::Photons)).collect();
     println!("photons a frame: {photons:?}");
     assert!(photons[0] > 100, "the test has lost its subject");
@@ -177,7 +176,7 @@ fn light_paths_learn_where_the_casters_are() {
 fn threads_change_no_bit() {
     let scene = ball();
     let result = |threads| {
-        let mut session = open(&scene, &settings(96, 64, 20_000, 9), &YANG2021, threads);
+        let mut session = open(&scene, &config(96, 64, 20_000, 9), &YANG2021, threads);
         (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
         let words: Vec<u32> = session.read("accumulator").unwrap();
         (words, session.state().unwrap())
@@ -194,7 +193,7 @@ fn a_gpu_spreads_as_the_cpu_does() {
     let Some(gpu) = watched_gpu() else { return };
     let scene = committed("ring");
     let frames = |choice: &RunnerChoice, seed| {
-        let mut session = open_on(choice, &scene, &settings(96, 54, 16_384, seed), &YANG2021);
+        let mut session = open_on(choice, &scene, &config(96, 54, 16_384, seed), &YANG2021);
         (0..3).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
         let caustics: Vec<f32> = session.read("caustic_radiance").unwrap();
         let densities: Vec<f32> = session.read("density_pyramid").unwrap();
@@ -224,12 +223,12 @@ fn a_gpu_spreads_as_the_cpu_does() {
 #[test]
 fn a_map_that_is_restored_goes_on() {
     let scene = ball();
-    let settings = settings(96, 64, 20_000, 9);
-    let mut whole = open(&scene, &settings, &YANG2021, 0);
+    let config = config(96, 64, 20_000, 9);
+    let mut whole = open(&scene, &config, &YANG2021, 0);
     (0..3).for_each(|frame| drop(whole.frame(frame).expect("a frame runs")));
     let state: Vec<_> = whole.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
     whole.frame(3).unwrap();
-    let mut resumed = open(&scene, &settings, &YANG2021, 0);
+    let mut resumed = open(&scene, &config, &YANG2021, 0);
     resumed.restore(2, &state).unwrap();
     resumed.frame(3).unwrap();
     let image = |session: &mut Session| session.read::<Vec3>("caustic_radiance").unwrap();
@@ -344,7 +343,7 @@ fn differentials_are_differences_of_neighbours_through_a_ball() {
 #[test]
 fn normals_turn_as_they_are_interpolated() {
     let scene = ball();
-    let world = World::new(&scene, &settings(8, 8, 1, 0));
+    let world = World::new(&scene, &config(8, 8, 1, 0));
     let ray = Ray::endless(Vec3::new(0.05, 3.0, 0.03), Vec3::new(0.02, -1.0, 0.04).normalize());
     let hit = world.tracer().closest(&ray);
     assert!(!hit.is_miss());

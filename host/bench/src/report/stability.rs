@@ -173,7 +173,7 @@ mod tests {
             "tests/tests/nowhere.rs::a_cut_equals_no_history",
             "a_cut_equals_no_history",
             // A function, but no test.
-            "tests/tests/methods/stability.rs::settings",
+            "tests/tests/methods/stability.rs::config",
         ] {
             assert!(find(test).is_err(), "{test} was found");
         }

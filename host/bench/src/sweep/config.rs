@@ -7,15 +7,16 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::matrix_table::MatrixTable;
-use super::value::{Count, Named, NonEmpty, Positive, Side};
+use super::value::{Count, NonEmpty, Positive, Side};
 use crate::reference::SEED;
 use crate::renamed;
 use caustics::exact;
 use caustics::memory;
+use caustics::named::by_name;
+use caustics::render_config::RenderConfig;
 use caustics::scene::{
     BvhCache, BvhOptions, BvhQuality, DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError,
 };
-use caustics::settings::Settings;
 
 /// Most cells of a file, counted before any is left out: more than a year of seconds would not measure ten times as many.
 const MAX_CELLS: u64 = 100_000;
@@ -29,7 +30,7 @@ pub const FPS: RangeInclusive<f64> = 1e-3..=1e9;
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Config {
+pub struct SweepConfig {
     /// Frames a second of scenes that move.
     #[serde(default = "fps")]
     pub fps: Positive,
@@ -43,14 +44,14 @@ pub struct Config {
     #[serde(default)]
     pub exposure: f32,
     /// Which level of its textures the camera sees, in all cells and the references alike.
-    #[serde(default = "cone")]
-    pub texture_filter: Named<TextureFilter>,
+    #[serde(default = "cone", deserialize_with = "by_name::deserialize")]
+    pub texture_filter: TextureFilter,
     /// Reflections of at most this roughness are specular.
     #[serde(default = "specular_roughness")]
     pub specular_roughness: f32,
     /// Where in a pixel its rays go.
-    #[serde(default = "centre")]
-    pub pixel_filter: Named<PixelFilter>,
+    #[serde(default = "centre", deserialize_with = "by_name::deserialize")]
+    pub pixel_filter: PixelFilter,
     /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
     #[serde(default, deserialize_with = "exact::optional")]
     pub background: Option<[f32; 3]>,
@@ -155,15 +156,15 @@ pub struct ErrorTable {
     pub compared_frames: Option<NonEmpty<u32>>,
 }
 
-impl Config {
+impl SweepConfig {
     /// Reads the text of a file.
-    pub fn parse(text: &str) -> Result<Config, String> {
+    pub fn parse(text: &str) -> Result<SweepConfig, String> {
         if text.len() > MAX_BYTES {
             return Err(format!("it has more than {MAX_BYTES} bytes; share its [[matrix]] out among files"));
         }
         memory::check(memory::toml_parse_bytes(text))
             .map_err(|short| format!("it would take {short}; share its [[matrix]] out among files"))?;
-        let config: Config = toml::from_str(text).map_err(|error| {
+        let config: SweepConfig = toml::from_str(text).map_err(|error| {
             let message = error.to_string().trim_end().to_string();
             let unknown = message.split_once("unknown field `").and_then(|(_, rest)| rest.split('`').next());
             let hint = unknown.and_then(|key| renamed::hint(renamed::KEYS, key));
@@ -264,12 +265,12 @@ fn fps() -> Positive {
     Positive(24.0)
 }
 
-fn cone() -> Named<TextureFilter> {
-    Named(TextureFilter::Cone)
+fn cone() -> TextureFilter {
+    TextureFilter::Cone
 }
 
-fn centre() -> Named<PixelFilter> {
-    Named(PixelFilter::Centre)
+fn centre() -> PixelFilter {
+    PixelFilter::Centre
 }
 
 fn copies() -> u64 {
@@ -277,7 +278,7 @@ fn copies() -> u64 {
 }
 
 fn specular_roughness() -> f32 {
-    Settings::default().specular_roughness
+    RenderConfig::default().specular_roughness
 }
 
 fn two() -> u32 {
@@ -306,10 +307,10 @@ mod tests {
 
     #[test]
     fn what_is_not_said_has_a_default() {
-        let config = Config::parse(GOOD).unwrap();
+        let config = SweepConfig::parse(GOOD).unwrap();
         let matrix = config.matrix[0].get_ref();
         assert_eq!((config.fps.0, config.time.unwrap().frames.0), (24.0, 16));
-        assert_eq!(config.texture_filter.0, TextureFilter::Cone);
+        assert_eq!(config.texture_filter, TextureFilter::Cone);
         let defaults = [&HISTORY, &MAX_BOUNCES, &RADIUS_PX, &RUNNER]
             .map(|parameter| matrix.parameters.values(parameter));
         assert_eq!(defaults, [["none"], ["5"], ["1"], ["auto"]]);
@@ -341,23 +342,23 @@ mod tests {
             ("[time]", "tree_quality = \"fast\"\n[time]", "line 1", "tree_quality is called bvh_quality now"),
         ] {
             assert!(GOOD.contains(from));
-            let error = Config::parse(&GOOD.replacen(from, to, 1)).unwrap_err();
+            let error = SweepConfig::parse(&GOOD.replacen(from, to, 1)).unwrap_err();
             assert!(error.contains(line) && error.contains(named), "{to}: {error}");
         }
         let many = |count: usize| {
             let values = |digit: &str| vec![digit; count].join(", ");
             let lists =
                 format!("[{}]\nmax_bounces = [{}]\nradius_px = [{}]", values("1"), values("5"), values("1"));
-            Config::parse(&GOOD.replace("[1]", &lists))
+            SweepConfig::parse(&GOOD.replace("[1]", &lists))
         };
         assert!(many(46).is_ok());
         let error = many(47).unwrap_err();
         assert!(error.contains("line 5") && error.contains("103823 cells"), "{error}");
-        assert!(Config::parse(&GOOD.replace("[time]\nwidth = 64\nheight = 36\n", "")).is_err());
+        assert!(SweepConfig::parse(&GOOD.replace("[time]\nwidth = 64\nheight = 36\n", "")).is_err());
         let compared = |frames: &str| {
             let error =
                 format!("[error]\nwidth = 64\nheight = 36\nframes = 8\ncompared_frames = {frames}\n\n[[");
-            Config::parse(&GOOD.replacen("[[", &error, 1))
+            SweepConfig::parse(&GOOD.replacen("[[", &error, 1))
         };
         assert!(compared("[0, 7]").is_ok());
         let error = compared("[0, 8]").unwrap_err();

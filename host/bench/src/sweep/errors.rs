@@ -49,7 +49,7 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, cell: &Cell) -> anyhow::
     let Some(outcome) = outcomes.and_then(|mut outcomes| outcomes.pop()) else { return Ok(false) };
     let shown = outcome.shown.context("no frame was measured")?;
 
-    let (width, height) = (plan.settings.width, plan.settings.height);
+    let (width, height) = (plan.config.width, plan.config.height);
     let write = |name: String, colors| sweep.results.write_png(name, width, height, colors);
     let reference_key = format!(
         "{} {} {}",

@@ -4,10 +4,9 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::ensure;
-use glam::Vec3;
 use toml::Spanned;
 
-use super::config::{Config, EnvironmentTable};
+use super::config::{EnvironmentTable, SweepConfig};
 use super::matrix_table::MatrixTable;
 use crate::cell::Cell;
 use crate::cell_parameters::name_all;
@@ -15,9 +14,9 @@ use crate::identity::{posed, view};
 use crate::matrix::{Cells, keep_one_of_each};
 use crate::plan::{Compared, MeasurementPlan};
 use caustics::hash::digest;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{self, EnvironmentMap, Scene, Staged, Staging};
 use caustics::session::RunnerChoice;
-use caustics::settings::{Paths, Settings};
 
 /// Scenes, each with a camera and a size, that a file may have at most: all are in memory at once.
 const MAX_PARTS: usize = 1000;
@@ -54,7 +53,7 @@ impl Expanded {
     /// # Errors
     /// A scene that cannot be loaded, a camera or a runner that is not there.
     pub fn new(
-        config: &Config,
+        config: &SweepConfig,
         runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
     ) -> anyhow::Result<Expanded> {
         let mut all = Expanded::default();
@@ -115,7 +114,7 @@ impl Expanded {
 
 impl SweepPart {
     fn new(
-        config: &Config,
+        config: &SweepConfig,
         argument: &str,
         matrix: &MatrixTable,
         timed_size: Option<(u32, u32)>,
@@ -137,28 +136,28 @@ impl SweepPart {
         // What differs between cells is said by each of them.
         let plan = part.plan(config);
         let first = posed(&part.scene, plan.time_of(config.first_frame))?;
-        part.view = digest(&view(&first, &part.camera, &plan.settings));
+        part.view = digest(&view(&first, &part.camera, &plan.config));
         Ok(part)
     }
 
     /// Whether its frames differ.
-    pub fn moves(&self, config: &Config) -> bool {
+    pub fn moves(&self, config: &SweepConfig) -> bool {
         self.scene.is_animated() && config.moment_s.is_none()
     }
 
     /// What all plans have in common: neither time nor error, and no cells.
-    pub fn plan(&self, config: &Config) -> MeasurementPlan {
-        let settings = Settings {
+    pub fn plan(&self, config: &SweepConfig) -> MeasurementPlan {
+        let image = RenderConfig {
             seed: config.seed,
             exposure: config.exposure,
-            texture_filter: Some(config.texture_filter.0),
+            texture_filter: Some(config.texture_filter),
             specular_roughness: config.specular_roughness,
-            pixel_filter: config.pixel_filter.0,
-            background: config.background.map(Vec3::from),
-            ..Settings::default()
+            pixel_filter: config.pixel_filter,
+            background: config.background,
+            ..RenderConfig::default()
         };
         MeasurementPlan {
-            settings,
+            config: image,
             camera: self.camera.clone(),
             frames: 0..1,
             fps: config.fps.0,
@@ -171,18 +170,18 @@ impl SweepPart {
     }
 
     /// The frames by which times are measured, if they are.
-    pub fn time_plan(&self, config: &Config) -> Option<MeasurementPlan> {
+    pub fn time_plan(&self, config: &SweepConfig) -> Option<MeasurementPlan> {
         let (time, (width, height)) = (config.time.as_ref()?, self.timed_size?);
         let plan = self.plan(config);
         let first = if self.moves(config) { config.first_frame } else { 0 };
-        let settings = Settings { width, height, ..plan.settings };
+        let image = RenderConfig { width, height, ..plan.config };
         let frames = first..first + time.frames.0;
-        Some(MeasurementPlan { settings, frames, warm_up: time.warm_up, time: true, ..plan })
+        Some(MeasurementPlan { config: image, frames, warm_up: time.warm_up, time: true, ..plan })
     }
 
     /// The frames by which errors of a cell are measured, if they are. Of a scene where nothing moves that is one frame;
     /// where something outlives its frame, the last of several.
-    pub fn error_plan(&self, config: &Config, cell: &Cell) -> Option<MeasurementPlan> {
+    pub fn error_plan(&self, config: &SweepConfig, cell: &Cell) -> Option<MeasurementPlan> {
         let error = config.error.as_ref()?;
         let plan = self.plan(config);
         let first = if self.moves(config) { config.first_frame } else { 0 };
@@ -192,16 +191,17 @@ impl SweepPart {
             None if self.moves(config) || error.every_frame => Compared::Every,
             None => Compared::Last,
         };
-        let is_alone = compared == Compared::Last && cell.method.kept(cell.parts()).next().is_none();
+        let is_alone =
+            compared == Compared::Last && cell.config.method.kept(cell.config.parts()).next().is_none();
         let frames = if is_alone { end - 1..end } else { first..end };
-        let settings = Settings { width: error.width.0, height: error.height.0, ..plan.settings };
-        Some(MeasurementPlan { settings, frames, compared, seeds: error.seeds.0, ..plan })
+        let image = RenderConfig { width: error.width.0, height: error.height.0, ..plan.config };
+        Some(MeasurementPlan { config: image, frames, compared, seeds: error.seeds.0, ..plan })
     }
 
     /// Hash of all that decides what is measured of a cell.
-    pub fn identity(&self, config: &Config, cell: &Cell) -> String {
+    pub fn identity(&self, config: &SweepConfig, cell: &Cell) -> String {
         // Without dots: whoever adds a key decides. The common settings and what the scene got are in the view, the lists in the cells.
-        let Config {
+        let SweepConfig {
             fps,
             first_frame,
             seed,
@@ -234,7 +234,7 @@ impl SweepPart {
 }
 
 /// Sizes of the images that are timed; one that is none where no times are measured.
-fn timed_sizes(config: &Config, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>> {
+fn timed_sizes(config: &SweepConfig, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>> {
     if matrix.size.is_empty() {
         return vec![config.time.as_ref().map(|time| (time.width.0, time.height.0))];
     }
@@ -242,12 +242,12 @@ fn timed_sizes(config: &Config, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>>
 }
 
 /// The cells with light paths a pixel instead of a number of them, so that images of all sizes have the same.
-fn per_pixel(config: &Config, timed_size: Option<(u32, u32)>, cells: &[Cell]) -> Vec<Cell> {
+fn per_pixel(config: &SweepConfig, timed_size: Option<(u32, u32)>, cells: &[Cell]) -> Vec<Cell> {
     let size = timed_size.or(config.error.as_ref().map(|error| (error.width.0, error.height.0)));
     let pixels = size.map_or(1.0, |(width, height)| f64::from(width) * f64::from(height));
-    let to_per_pixel = |cell: &Cell| match cell.settings.light_paths {
+    let to_per_pixel = |cell: &Cell| match cell.config.light_paths {
         Paths::Count(count) => {
-            cell.clone().with(|settings| settings.light_paths = Paths::PerPixel(f64::from(count) / pixels))
+            cell.clone().with(|config| config.light_paths = Paths::PerPixel(f64::from(count) / pixels))
         }
         _ => cell.clone(),
     };

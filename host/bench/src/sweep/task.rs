@@ -4,12 +4,12 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::config::Config;
+use super::config::SweepConfig;
 use super::expand::SweepPart;
 use crate::cell::Cell;
 use crate::result::{CellResult, FrameResult};
 use crate::store::Results;
-use caustics::settings::{Paths, Settings};
+use caustics::render_config::{Paths, RenderConfig};
 
 /// A cell and what it is known by.
 #[derive(Clone, Debug)]
@@ -24,22 +24,22 @@ pub struct Task<'a> {
 
 impl<'a> Task<'a> {
     /// A cell of a part.
-    pub fn new(config: &Config, part: &'a SweepPart, cell: &Cell) -> Task<'a> {
+    pub fn new(config: &SweepConfig, part: &'a SweepPart, cell: &Cell) -> Task<'a> {
         Task { part, cell: cell.clone(), identity: part.identity(config, cell) }
     }
 
     /// All cells of a part.
-    pub fn all(config: &Config, part: &'a SweepPart) -> Vec<Task<'a>> {
+    pub fn all(config: &SweepConfig, part: &'a SweepPart) -> Vec<Task<'a>> {
         part.cells.iter().map(|cell| Task::new(config, part, cell)).collect()
     }
 
     /// Whether a result is all that is asked for.
-    pub fn is_whole(&self, config: &Config, result: &CellResult) -> bool {
+    pub fn is_whole(&self, config: &SweepConfig, result: &CellResult) -> bool {
         (config.time.is_none() || result.time.is_some()) && (config.error.is_none() || result.error.is_some())
     }
 
     /// Whether all that is asked for is among the results.
-    pub fn is_done(&self, config: &Config, results: &Results) -> bool {
+    pub fn is_done(&self, config: &SweepConfig, results: &Results) -> bool {
         results.read(&self.identity).is_some_and(|result| self.is_whole(config, &result))
     }
 }
@@ -47,7 +47,7 @@ impl<'a> Task<'a> {
 /// What all cells are measured with.
 pub struct SweepContext<'a> {
     /// What is measured.
-    pub config: &'a Config,
+    pub config: &'a SweepConfig,
     /// Where results go.
     pub results: &'a Results,
     /// Where references are kept.
@@ -66,10 +66,10 @@ impl SweepContext<'_> {
         self.results.read(&task.identity).unwrap_or_else(|| {
             let of_error = self.config.error.as_ref().map(|error| (error.width.0, error.height.0));
             let (width, height) = task.part.timed_size.or(of_error).unwrap_or((1, 1));
-            let settings = Settings { width, height, ..task.part.plan(self.config).settings };
+            let config = RenderConfig { width, height, ..task.part.plan(self.config).config };
             CellResult {
                 identity: task.identity.clone(),
-                cell: cell.config(&task.part.scene, &task.part.camera, &settings),
+                cell: cell.values(&task.part.scene, &task.part.camera, &config),
                 ..CellResult::default()
             }
         })

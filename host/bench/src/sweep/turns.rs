@@ -16,8 +16,8 @@ use crate::record::FrameRecord;
 use crate::result::{CellTime, FrameResult};
 use crate::store::provenance;
 use crate::timing::{cell_time, quartiles};
+use caustics::render_config::Paths;
 use caustics::scene::Scene;
-use caustics::settings::Paths;
 use caustics::trace_rate::closest_hits_per_second;
 
 /// Most cells that take turns, the first one of the group aside: what an interruption loses.
@@ -175,7 +175,7 @@ fn take_turns<'a>(
 
     let (shared, fixed): (Vec<Timed>, Vec<Timed>) = timed
         .into_iter()
-        .partition(|timed| matches!(timed.ready.task.cell.settings.light_paths, Paths::Time(_)));
+        .partition(|timed| matches!(timed.ready.task.cell.config.light_paths, Paths::Time(_)));
     for timed in fixed {
         write(sweep, timed, None)?;
     }
@@ -197,7 +197,7 @@ fn take_turns<'a>(
                 scene.name, cell.name
             ));
             let pixels = f64::from(time.width) * f64::from(time.height);
-            cell.settings.light_paths = Paths::PerPixel(f64::from(next) / pixels);
+            cell.config.light_paths = Paths::PerPixel(f64::from(next) / pixels);
         }
         again.push(Ready { task: ready.task, cell });
     }
@@ -220,7 +220,7 @@ fn write(sweep: &SweepContext, timed: Timed, note: Option<String>) -> anyhow::Re
 
 /// Closest hits a second of the tracer alone, on the runner of a cell.
 fn tracer_rate(plan: &MeasurementPlan, scene: &Scene, cell: &Cell) -> anyhow::Result<f64> {
-    let features = cell.features(scene, plan.settings.specular_roughness);
+    let features = cell.config.features.features(scene, plan.config.specular_roughness);
     Ok(closest_hits_per_second(&cell.runner, scene, scene.camera(Some(&plan.camera))?, features)?)
 }
 
@@ -235,10 +235,9 @@ struct Miss {
 /// None where a cell meets its time.
 fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss> {
     let Timed { ready: Ready { task, cell }, time, .. } = timed;
-    let Paths::Time(target) = task.cell.settings.light_paths else { return None };
-    let shared = time
-        .ratio_to_first
-        .filter(|_| first.task.cell.settings.light_paths == task.cell.settings.light_paths);
+    let Paths::Time(target) = task.cell.config.light_paths else { return None };
+    let shared =
+        time.ratio_to_first.filter(|_| first.task.cell.config.light_paths == task.cell.config.light_paths);
     let (own, goal) = held(time.total_ms.median, shared.map(|ratio| (ratio, first_ms)), target);
     if is_met(own, goal) {
         return None;
@@ -259,16 +258,16 @@ fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> 
 
 /// Most light paths of a frame that are tried: the kernels count rays in 32 bits.
 fn max_paths(plan: &MeasurementPlan, cell: &Cell) -> u32 {
-    let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
-    u64::from(u32::MAX / (cell.settings.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
+    let pixels = u64::from(plan.config.width) * u64::from(plan.config.height);
+    u64::from(u32::MAX / (cell.config.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
 }
 
 /// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.
 fn find_paths<'a>(sweep: &SweepContext, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
-    let Paths::Time(target) = task.cell.settings.light_paths else {
+    let Paths::Time(target) = task.cell.config.light_paths else {
         return Ok(Some(Ready { task, cell: task.cell.clone() }));
     };
-    let with = |paths| task.cell.clone().with(|settings| settings.light_paths = paths);
+    let with = |paths| task.cell.clone().with(|config| config.light_paths = paths);
     if let Some(known) = sweep.results.read(&task.identity).filter(|known| known.time.is_some()) {
         return Ok(Some(Ready { task, cell: with(Paths::PerPixel(known.cell.number(&PATHS_PER_PIXEL))) }));
     }
@@ -295,7 +294,7 @@ fn find_paths<'a>(sweep: &SweepContext, task: &'a Task<'a>) -> anyhow::Result<Op
         ));
         Ok(median)
     };
-    let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
+    let pixels = u64::from(plan.config.width) * u64::from(plan.config.height);
     let found = search(target, pixels as u32, max_paths(&plan, &task.cell), &mut trial);
     if (sweep.stopped)() {
         return Ok(None);

@@ -1,7 +1,5 @@
 //! Values of a sweep's file, each of which knows what it may be.
 
-use std::str::FromStr;
-
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 
@@ -21,20 +19,10 @@ pub struct Count(pub u32);
 #[derive(Clone, Copy, Debug)]
 pub struct Side(pub u32);
 
-/// A choice, by its name.
-#[derive(Clone, Copy, Debug)]
-pub struct Named<T>(pub T);
-
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for NonEmpty<T> {
     fn deserialize<D: Deserializer<'de>>(text: D) -> Result<Self, D::Error> {
         let list = Vec::deserialize(text)?;
         if list.is_empty() { Err(D::Error::custom("the list is empty")) } else { Ok(NonEmpty(list)) }
-    }
-}
-
-impl<'de, T: FromStr<Err = String>> Deserialize<'de> for Named<T> {
-    fn deserialize<D: Deserializer<'de>>(text: D) -> Result<Self, D::Error> {
-        String::deserialize(text)?.parse().map(Named).map_err(D::Error::custom)
     }
 }
 

@@ -168,7 +168,7 @@ impl<C: CommandParameters> ParameterOptions<C> {
                 Values::Numbers(_) => value == AUTO && parameter.default != AUTO,
             };
             if let Some(why) = (parameter.not_applicable)(&cell).filter(|_| names) {
-                let (option, method) = (parameter.option(), cell.method.name);
+                let (option, method) = (parameter.option(), cell.config.method.name);
                 return Err(Usage(format!(
                     "--{option} {value}: --method {method} {why}; use --method basic"
                 )));

@@ -6,9 +6,8 @@ use anyhow::Context;
 use caustics::kernels;
 use caustics::output::lock::FileLock;
 use caustics::program::program;
+use caustics::render_config::{Paths, Radius};
 use caustics::scene::{self, Staged};
-use caustics::session::Session;
-use caustics::settings::{Paths, Radius};
 use caustics_kernels::interface::choice::TextureFilter;
 use serde_json::json;
 
@@ -19,9 +18,8 @@ use super::checkpoint_writer::CheckpointWriter;
 use super::console::print;
 use super::identity::pose_independent;
 use super::interrupt;
-use super::open::{open, warn};
+use super::open::{Opened, open, opened, warn};
 use super::options::scene_files;
-use super::pick::pick;
 use super::scene::feature_names;
 use super::shard::warn_of_reuse;
 use crate::cli::Animate;
@@ -51,9 +49,9 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     if wants_video && !has_video {
         message!("warning: there is no ffmpeg on the PATH: PNGs are written, but no video");
     }
-    warn(&scene, plan.method(), &plan.settings);
+    warn(&scene, &plan.config);
     if plan.shard.is_part() {
-        warn_of_reuse(&plan.cell, plan.frames.start);
+        warn_of_reuse(&plan.config, plan.frames.start);
         let waits = options.video || options.pngs && !plan.pngs;
         if waits && plan.is_part_of_one() {
             message!("PNGs and video that are missing, the same command without --shard writes");
@@ -62,15 +60,10 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
         }
     }
     let view = scene.camera(Some(&name))?;
-    let (choice, variant, reason) = pick(
-        plan.cell.asked_runner,
-        &common.machine,
-        plan.cell.gather.filter(|_| plan.method().chooses_gather),
-    )?;
-    let features = plan.cell.features(&scene, plan.settings.specular_roughness);
-    let session = Session::new(&choice, &scene, view, &plan.settings, plan.method(), variant, features)?;
-    let gather = if plan.method().chooses_gather { variant.name } else { "none" };
-    let (method, history) = (plan.method().name, plan.settings.history.name);
+    let features = plan.config.features(&scene);
+    let Opened { session, choice, gather, reason } =
+        opened(&plan.config, plan.runner, &common.machine, &scene, view, features)?;
+    let (method, history) = (plan.config.method.name, plan.config.history.name);
     message!(
         "{}: {} ({reason}), method {method}, gather {gather}, history {history}",
         scene.name,
@@ -80,7 +73,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     // What a history keeps has one name for all runs of a part.
     let _lock = FileLock::take(&plan.state())?;
-    let shared = pose_independent(&scene, &name, &plan.settings, plan.method(), gather, &choice, &session);
+    let shared = pose_independent(&scene, &name, &plan.config, gather, &choice, &session);
     let identity = plan.identity(shared);
     let mut run = Run {
         plan,
@@ -110,16 +103,16 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     print_summary(&run, &missing, &records, frame_ms, done);
     if common.json {
         let Run { plan, scene, camera, session, .. } = &run;
-        let settings = &plan.settings;
+        let config = &plan.config;
         let out = json!({
             "scene": scene.name, "file": file, "method": method, "gather": gather, "history": history,
-            "denoiser": settings.denoiser.name, "device": session.device(), "why": reason, "camera": camera,
+            "denoiser": config.denoiser.name, "device": session.device(), "why": reason, "camera": camera,
             "fps": plan.fps, "first": plan.frames.start, "end": plan.frames.end,
-            "width": settings.width, "height": settings.height,
-            "light_paths": if settings.light_paths == Paths::Auto { json!("auto") } else { json!(settings.max_light_paths()) },
-            "max_bounces": settings.max_bounces, "radius_px": settings.radius.px(), "widens": settings.radius == Radius::Auto,
-            "specular_roughness": settings.specular_roughness,
-            "texture_filter": settings.texture_filter.map(TextureFilter::name), "seed": settings.seed,
+            "width": config.width, "height": config.height,
+            "light_paths": if config.light_paths == Paths::Auto { json!("auto") } else { json!(config.max_light_paths()) },
+            "max_bounces": config.max_bounces, "radius_px": config.radius.px(), "widens": config.radius == Radius::Auto,
+            "specular_roughness": config.specular_roughness,
+            "texture_filter": config.texture_filter.map(TextureFilter::name), "seed": config.seed,
             "features": feature_names(features), "commit": program().commit, "kernels": kernels::SOURCES,
             "kept": plan.frames.len() - missing.len(), "done": done,
             "video": (done && has_video).then_some(video),

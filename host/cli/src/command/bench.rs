@@ -6,8 +6,8 @@ use caustics::exposure::Exposure;
 use caustics_bench::parameter::PATHS_PER_PIXEL;
 use caustics_bench::result::CellResult;
 use caustics_bench::store::{Results, create};
-use caustics_bench::sweep::config::{Config, EnvironmentTable, ErrorTable, TimeTable};
-use caustics_bench::sweep::value::{Count, Named, Positive, Side};
+use caustics_bench::sweep::config::{EnvironmentTable, ErrorTable, SweepConfig, TimeTable};
+use caustics_bench::sweep::value::{Count, Positive, Side};
 use caustics_bench::table::table;
 use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
 use toml::Spanned;
@@ -47,7 +47,7 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
 }
 
 /// The options as the file of a sweep.
-fn config(options: &Bench) -> anyhow::Result<Config> {
+fn config(options: &Bench) -> anyhow::Result<SweepConfig> {
     let Bench { view, frames, .. } = options;
     let measures = |quantity| options.measure.contains(&quantity);
     check_fps(options.fps)?;
@@ -71,14 +71,14 @@ fn config(options: &Bench) -> anyhow::Result<Config> {
         );
     };
     let (width, height, count) = (Side(view.width), Side(view.height), Count(frames.len() as u32));
-    let config = Config {
+    let config = SweepConfig {
         fps: Positive(options.fps),
         first_frame: frames.start,
         seed: view.seed,
         exposure: exposure as f32,
-        texture_filter: Named(view.texture_filter.unwrap_or(TextureFilter::Cone)),
+        texture_filter: view.texture_filter.unwrap_or(TextureFilter::Cone),
         specular_roughness: view.specular_roughness,
-        pixel_filter: Named(view.pixel_filter.unwrap_or(PixelFilter::Centre)),
+        pixel_filter: view.pixel_filter.unwrap_or(PixelFilter::Centre),
         background: view.background.as_deref().map(color).transpose()?.map(|color| color.to_array()),
         environment: view.environment.clone().map(|source| EnvironmentTable {
             source,

@@ -6,36 +6,30 @@ use std::path::Path;
 use caustics::checkpoint::Identity;
 use caustics::kernels;
 use caustics::program::program;
+use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
-use caustics_kernels::method::Method;
 
 /// All that decides the bits of the run.
 pub fn identity(
     scene: &Scene,
     camera: &str,
-    settings: &Settings,
-    method: &Method,
+    config: &RenderConfig,
     gather: &str,
     choice: &RunnerChoice,
     session: &Session,
 ) -> Identity {
-    let mut identity = pose_independent(scene, camera, settings, method, gather, choice, session);
+    let mut identity = pose_independent(scene, camera, config, gather, choice, session);
     let viewpoint = format!("{:?} from {}", session.params(0).camera, scene.origin);
     identity.insert("viewpoint".into(), viewpoint);
-    // Neither exposure nor the number of threads touches the sums.
-    let settings = Settings { exposure: 0.0, seed: 0, ..settings.clone() };
-    identity.insert("settings".into(), format!("{settings:?}"));
     identity
 }
 
-/// What is the same at every pose, settings but the seed aside.
+/// What is the same at every pose.
 pub fn pose_independent(
     scene: &Scene,
     camera: &str,
-    settings: &Settings,
-    method: &Method,
+    config: &RenderConfig,
     gather: &str,
     choice: &RunnerChoice,
     session: &Session,
@@ -45,19 +39,16 @@ pub fn pose_independent(
         RunnerChoice::Gpu { hardware, .. } => format!("{}, ray queries {hardware}", session.device()),
     };
     let entry = |name: &str, value: String| (name.to_string(), value);
-    let params = session.params(0);
     let additions = scene.additions.iter().map(|(name, what)| entry(name, what.clone()));
     let own = [
         entry("scene", format!("{} {}", scene.name, scene.fingerprint())),
         entry("camera", camera.to_string()),
-        entry("background", params.background.to_string()),
-        entry("seed", settings.seed.to_string()),
-        entry("method", method.name.to_string()),
+        entry("background", session.params(0).background.to_string()),
         entry("gather", gather.to_string()),
         entry("runner", device),
         entry("kernels", kernels::SOURCES.to_string()),
     ];
-    own.into_iter().chain(additions).collect()
+    config.run_identity().into_iter().chain(own).chain(additions).collect()
 }
 
 /// What the EXR file of a run says of it, but for what only its end tells.

@@ -5,16 +5,14 @@ use std::process::ExitCode;
 use caustics::accumulation::BATCHES;
 use caustics::inspect::Inspection;
 use caustics::program::program;
+use caustics::render_config::RenderConfig;
 use caustics::scene::{self, Staged};
-use caustics::session::Session;
-use caustics::settings::Settings;
 use serde::Serialize;
 
 use self::table::table;
 use super::console::print;
-use super::open::{open_edited, warn};
-use super::options::settings;
-use super::pick::pick;
+use super::open::{Opened, open_edited, opened, warn};
+use super::options::config;
 use super::render::configuration;
 use crate::cli::{Inspect, Usage};
 
@@ -45,9 +43,9 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     let Inspect { pixel, frame, view, time, .. } = options;
     let (cell, preset) = configuration(&options.parameters, options.preset, *frame > 0)?;
     let frames = frame.checked_add(1).ok_or_else(|| Usage(format!("--frame {frame}: give a smaller one")))?;
-    let method = cell.method;
-    let settings = settings(view, &cell, preset.frames().max(frames))?;
-    let settings = Settings { batches: BATCHES, ..settings.for_method(method) };
+    let method = cell.config.method;
+    let config = config(view, &cell.config, preset.frames().max(frames))?;
+    let config = RenderConfig { batches: BATCHES, ..config.with_defaults_of_method() };
     if !time.is_finite() {
         return Err(Usage(format!("--time {time}: give a number of seconds")).into());
     }
@@ -60,11 +58,10 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
         open_edited(&file, view, &options.loading, options.edits.as_deref())?;
     scene.pose(*time)?;
     let camera = scene.camera(Some(&camera))?;
-    let gather = cell.gather.filter(|_| method.chooses_gather);
-    let (choice, variant, _) = pick(cell.asked_runner, &options.machine, gather)?;
-    warn(&scene, method, &settings);
-    let features = cell.features(&scene, settings.specular_roughness);
-    let mut session = Session::new(&choice, &scene, camera, &settings, method, variant, features)?;
+    warn(&scene, &config);
+    let features = config.features(&scene);
+    let Opened { mut session, .. } =
+        opened(&config, cell.asked_runner, &options.machine, &scene, camera, features)?;
     session.keep_starts(true);
     for frame in 0..frames {
         session.frame(frame)?;
@@ -77,12 +74,12 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
             camera: &camera.name,
             time_s: *time,
             method: method.name,
-            emission: settings.emission.name,
-            caustics: settings.caustics.name(),
-            width: settings.width,
-            height: settings.height,
-            max_bounces: settings.max_bounces,
-            seed: settings.seed,
+            emission: config.emission.name,
+            caustics: config.caustics.name(),
+            width: config.width,
+            height: config.height,
+            max_bounces: config.max_bounces,
+            seed: config.seed,
             device: session.device(),
             commit: &program().commit,
             inspection: &inspection,

@@ -13,12 +13,11 @@ use caustics::output::lock::{self, FileLock};
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
 use caustics::program::program;
+use caustics::render_config::{Radius, RenderConfig};
 use caustics::scene::{self, Staged};
 use caustics::sealed::Unusable;
 use caustics::session::{Session, SessionError};
-use caustics::settings::{Radius, Settings};
 use caustics::trace_rate::closest_hits_per_second;
-use caustics_bench::cell::Cell;
 use caustics_kernels::interface::choice::TextureFilter;
 use caustics_kernels::interface::features::Features;
 use serde_json::json;
@@ -40,10 +39,10 @@ use crate::cli::{Common, Usage};
 pub struct Job {
     /// Options that every command has.
     pub common: Common,
-    /// The same and others, checked.
-    pub settings: Settings,
-    /// How to render.
-    pub cell: Cell,
+    /// How to render, and the image.
+    pub config: RenderConfig,
+    /// The runner that was asked for, by its name.
+    pub runner: &'static str,
     /// The moment of the animation that is shown (s).
     pub time: f64,
     /// When to stop.
@@ -53,10 +52,10 @@ pub struct Job {
 impl Job {
     /// Renders, writes, reports. 130 after Ctrl-C, with what was done written.
     pub fn run(self) -> anyhow::Result<ExitCode> {
-        let Job { common: options, settings, cell, time, stop } = self;
-        let method = cell.method;
+        let Job { common: options, config, runner, time, stop } = self;
+        let method = config.method;
         let auxiliary = !options.aov.is_empty();
-        let settings = Settings { batches: BATCHES, auxiliary, ..settings.for_method(method) };
+        let config = RenderConfig { batches: BATCHES, auxiliary, ..config.with_defaults_of_method() };
         if !time.is_finite() {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
         }
@@ -92,29 +91,29 @@ impl Job {
         let Staged { mut scene, camera, .. } = open(&file, &options)?;
         scene.pose(time)?;
         let camera = scene.camera(Some(&camera))?.clone();
-        warn(&scene, method, &settings);
+        warn(&scene, &config);
         let (first, stop) = match &part {
             Some(ShardFrames { frames, .. }) => {
-                warn_of_reuse(&cell, frames.start);
+                warn_of_reuse(&config, frames.start);
                 (frames.start, Stop { frames: Some(frames.len() as u32), ..stop })
             }
             None => (0, stop),
         };
-        let features = cell.features(&scene, settings.specular_roughness);
+        let features = config.features(&scene);
         // Only who asks for figures pays for the energy ledger.
         let has_ledger = options.json && !options.no_ledger;
         let features = if has_ledger { features | Features::LEDGER } else { features };
         let Opened { mut session, choice, gather, reason } =
-            opened(&cell, &options.machine, &scene, &camera, &settings, features)?;
+            opened(&config, runner, &options.machine, &scene, &camera, features)?;
         message!("{}: {} ({reason}), method {}, gather {gather}", scene.name, session.device(), method.name);
-        let identity = identity(&scene, &camera.name, &settings, method, gather, &choice, &session);
+        let identity = identity(&scene, &camera.name, &config, gather, &choice, &session);
         let triangles = scene.triangles.len();
         if !options.json {
             // Nothing but the tracer's rate asks the tables again.
             scene.leave_tables();
         }
-        let (width, height) = (settings.width as usize, settings.height as usize);
-        let batches = settings.batches_of_frames();
+        let (width, height) = (config.width as usize, config.height as usize);
+        let batches = config.batches_of_frames();
         let shape = Shape { width, height, first, frames: 0, gathers: method.gathers, batches, auxiliary };
         let mut about = attributes(identity.clone(), &file, &session);
         about.extend(layer_attributes(&options.aov, &scene));
@@ -195,7 +194,7 @@ impl Job {
             None => Vec::new(),
         };
         drop(session);
-        let mut rates = report.rates(u64::from(settings.width) * u64::from(settings.height));
+        let mut rates = report.rates(u64::from(config.width) * u64::from(config.height));
         if options.json {
             rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, &camera, features)?);
         }
@@ -209,7 +208,7 @@ impl Job {
             None => None,
         };
         let png = match png_target {
-            Some(target) => Some((target, png::encode(settings.width, settings.height, &colors)?)),
+            Some(target) => Some((target, png::encode(config.width, config.height, &colors)?)),
             None => None,
         };
         live.send(&image);
@@ -225,15 +224,15 @@ impl Job {
         if options.json {
             let out = json!({
                 "scene": scene.name, "file": file, "method": method.name, "gather": gather,
-                "denoiser": settings.denoiser.name, "sampler": settings.sampler.name(),
+                "denoiser": config.denoiser.name, "sampler": config.sampler.name(),
                 "device": device, "why": reason, "camera": camera.name, "time_s": time,
-                "width": settings.width, "height": settings.height, "frames": frames,
-                "light_paths": report.light_paths(), "max_bounces": settings.max_bounces,
-                "radius_px": settings.radius.px(), "widens": settings.radius == Radius::Auto,
-                "specular_roughness": settings.specular_roughness,
-                "texture_filter": settings.texture_filter.map(TextureFilter::name),
+                "width": config.width, "height": config.height, "frames": frames,
+                "light_paths": report.light_paths(), "max_bounces": config.max_bounces,
+                "radius_px": config.radius.px(), "widens": config.radius == Radius::Auto,
+                "specular_roughness": config.specular_roughness,
+                "texture_filter": config.texture_filter.map(TextureFilter::name),
                 "exposure": stops,
-                "seed": settings.seed, "features": feature_names(features), "triangles": triangles,
+                "seed": config.seed, "features": feature_names(features), "triangles": triangles,
                 "commit": program().commit, "kernels": kernels::SOURCES,
                 "frame_ms": report.frame_ms(), "pass_ms": report.pass_ms(), "rates": rates,
                 "counters": report.counters, "seconds": seconds,

@@ -1,13 +1,11 @@
 //! Opens the scene of a command, with what its file lacks and the camera that is asked for, and a session of it.
 
 use super::pick::pick;
+use caustics::render_config::RenderConfig;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
-use caustics_bench::cell::Cell;
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
-use caustics_kernels::method::Method;
 use std::path::Path;
 
 use caustics::scene::{CameraChoice, Edits, LoadOptions, Scene, SceneCamera, SceneError, Staged, Staging};
@@ -69,14 +67,14 @@ pub fn staged(
 }
 
 /// Warns of what will be missing in an image.
-pub fn warn(scene: &Scene, method: &Method, settings: &Settings) {
+pub fn warn(scene: &Scene, config: &RenderConfig) {
     for warning in &scene.warnings {
         message!("warning: {warning}");
     }
-    let has_casters = scene.features(settings.specular_roughness).has(Features::CASTERS);
+    let has_casters = scene.features(config.specular_roughness).has(Features::CASTERS);
     // A path that leaves the scene finds the environment.
     let has_no_size = |light: &Light| light.triangle == NONE && light.kind != Features::ENVIRONMENT.0;
-    if !method.gathers && has_casters && scene.lights.iter().any(has_no_size) {
+    if !config.method.gathers && has_casters && scene.lights.iter().any(has_no_size) {
         message!(
             "warning: no path finds a light without a size: caustics of point, spot and directional lights are \
              missing; render --method progressive sees them"
@@ -96,19 +94,19 @@ pub struct Opened {
     pub reason: String,
 }
 
-/// Opens a session that renders by this cell, where its runner says.
+/// Opens a session that renders by this configuration, on the runner of this name.
 pub fn opened(
-    cell: &Cell,
+    config: &RenderConfig,
+    runner: &str,
     machine: &Machine,
     scene: &Scene,
     camera: &SceneCamera,
-    settings: &Settings,
     features: Features,
 ) -> anyhow::Result<Opened> {
-    let method = cell.method;
-    let (choice, variant, reason) =
-        pick(cell.asked_runner, machine, cell.gather.filter(|_| method.chooses_gather))?;
-    let session = Session::new(&choice, scene, camera, settings, method, variant, features)?;
+    let method = config.method;
+    let (choice, variant, reason) = pick(runner, machine, config.gather.filter(|_| method.chooses_gather))?;
+    let config = RenderConfig { gather: Some(variant), ..config.clone() };
+    let session = Session::new(&choice, scene, camera, &config, features)?;
     let gather = if method.chooses_gather { variant.name } else { "none" };
     Ok(Opened { session, choice, gather, reason })
 }

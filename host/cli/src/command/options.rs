@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caustics::checkpoint;
+use caustics::render_config::RenderConfig;
 use caustics::rendered_image::Aov;
 use caustics::scene::{self, CameraChoice, DefaultLight, EnvironmentMap, Radiance, Scene};
-use caustics::settings::Settings;
-use caustics_bench::cell::Cell;
 use caustics_bench::limits;
 use caustics_bench::sweep::config::FPS;
 use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
@@ -19,13 +18,13 @@ use serde_json::json;
 use crate::cli::{Common, ImageOptions, Usage};
 
 /// Checks the options that no type can. Of several frames rays go anywhere in a pixel where nobody says where.
-pub fn settings(options: &ImageOptions, cell: &Cell, frames: u32) -> Result<Settings, Usage> {
+pub fn config(options: &ImageOptions, config: &RenderConfig, frames: u32) -> Result<RenderConfig, Usage> {
     let (width, height) = (options.width, options.height);
     check_size(width, height)?;
     if frames == 0 {
         return Err(Usage("--frames 0: there is nothing to do; give at least 1".into()));
     }
-    check_rays(cell, width, height)?;
+    check_rays(config, width, height)?;
     if !(0.0..=1.0).contains(&options.specular_roughness) {
         return Err(Usage(format!("--specular-roughness {}: give 0 to 1", options.specular_roughness)));
     }
@@ -37,7 +36,7 @@ pub fn settings(options: &ImageOptions, cell: &Cell, frames: u32) -> Result<Sett
     // normals reflect a narrower part of the scene (+19 % in a region of a normal-mapped mirror).
     let averages = frames > 1 && pixel_filter == PixelFilter::Box;
     let of_means = averages.then_some(TextureFilter::Finest);
-    Ok(cell.settings(&Settings {
+    Ok(config.with_image_of(&RenderConfig {
         width,
         height,
         tiles: options.tiles,
@@ -45,8 +44,8 @@ pub fn settings(options: &ImageOptions, cell: &Cell, frames: u32) -> Result<Sett
         seed: options.seed,
         pixel_filter,
         texture_filter: options.texture_filter.or(of_means),
-        background,
-        ..Settings::default()
+        background: background.map(|color| color.to_array()),
+        ..RenderConfig::default()
     }))
 }
 
@@ -87,8 +86,8 @@ pub fn check_size(width: u32, height: u32) -> Result<(), Usage> {
 }
 
 /// Refuses more rays a frame than the kernels count in 32 bits.
-pub fn check_rays(cell: &Cell, width: u32, height: u32) -> Result<(), Usage> {
-    limits::check_rays(cell, width, height).map_err(Usage)
+pub fn check_rays(config: &RenderConfig, width: u32, height: u32) -> Result<(), Usage> {
+    limits::check_rays(config, width, height).map_err(Usage)
 }
 
 /// The radiance of --background.

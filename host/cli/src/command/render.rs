@@ -6,7 +6,7 @@ use caustics_bench::cell::Cell;
 use caustics_kernels::method::path::PATH;
 
 use super::job::Job;
-use super::options::{duration, settings};
+use super::options::{config, duration};
 use super::stop::Stop;
 use crate::cli::{Averaged, ParameterOptions, Preset, Reference, Render, Usage};
 
@@ -28,11 +28,11 @@ pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     let Render { common, parameters, time, preset, frames } = options;
     let (cell, preset) = configuration(&parameters, preset, frames.is_some())?;
     let max_frames = frames.unwrap_or(preset.frames());
-    let settings = settings(&common.view, &cell, max_frames)?;
+    let config = config(&common.view, &cell.config, max_frames)?;
     // A number of frames is a number of frames.
     let relative_error = preset.relative_error().filter(|_| frames.is_none());
     let stop = Stop { frames: Some(max_frames), relative_error, ..Stop::default() };
-    Job { common, settings, cell, time, stop }.run()
+    Job { common, config, runner: cell.asked_runner, time, stop }.run()
 }
 
 /// Path traces until a reference is good enough.
@@ -50,7 +50,7 @@ pub fn run_reference(options: Reference) -> anyhow::Result<ExitCode> {
     let endless = limit.is_none() && target_relmse.is_none();
     let stop = Stop { frames: spp.or(endless.then_some(1024)), time: limit, relative_error: target_relmse };
     // Averaged, however many samples it will be.
-    let cell = Cell { method: &PATH, ..parameters.cell()? }.effective();
-    let settings = settings(&common.view, &cell, u32::MAX)?;
-    Job { common, settings, cell, time, stop }.run()
+    let cell = parameters.cell()?.with(|config| config.method = &PATH).effective();
+    let config = config(&common.view, &cell.config, u32::MAX)?;
+    Job { common, config, runner: cell.asked_runner, time, stop }.run()
 }

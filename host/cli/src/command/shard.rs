@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use caustics::checkpoint::Identity;
+use caustics::render_config::RenderConfig;
 use caustics::shard::Shard;
-use caustics_bench::cell::Cell;
 use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::pass::balance::BALANCE;
 use caustics_kernels::pass::widen::WIDEN;
@@ -62,8 +62,8 @@ impl ShardFrames {
 }
 
 /// Says where frames from this one on are not those of an unsplit run.
-pub fn warn_of_reuse(cell: &Cell, first: u32) {
-    if let Some((last, others)) = reusing_options(cell).split_last() {
+pub fn warn_of_reuse(config: &RenderConfig, first: u32) {
+    if let Some((last, others)) = reusing_options(config).split_last() {
         let (others, reuse) = match others {
             [] => (String::new(), "reuses"),
             others => (others.join(", ") + " and ", "reuse"),
@@ -76,12 +76,12 @@ pub fn warn_of_reuse(cell: &Cell, first: u32) {
 }
 
 /// Options by which frames reuse earlier ones.
-fn reusing_options(cell: &Cell) -> Vec<String> {
-    let (method, parts) = (cell.method, cell.parts());
+fn reusing_options(config: &RenderConfig) -> Vec<String> {
+    let (method, parts) = (config.method, config.parts());
     let all = [
         (!method.keeps.is_empty(), "--method", method.name),
         (!parts.history.keeps.is_empty(), "--history", parts.history.name),
-        (parts.stages.has(&PATH_HISTORY), "--path-history", cell.settings.path_history.name()),
+        (parts.stages.has(&PATH_HISTORY), "--path-history", config.path_history.name()),
         (!parts.emission.stage.keeps.is_empty(), "--emission", parts.emission.name),
         (parts.stages.has(&BALANCE), "--light-paths", "auto"),
         (parts.stages.has(&WIDEN), "--radius-px", "auto"),
@@ -92,11 +92,12 @@ fn reusing_options(cell: &Cell) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use caustics::settings::{Paths, Radius};
+    use caustics::render_config::{Paths, Radius};
     use caustics_kernels::interface::choice::PathHistory;
     use caustics_kernels::{emission, history, method};
 
     use super::*;
+    use caustics_bench::cell::Cell;
 
     #[test]
     fn whatever_outlives_a_frame_is_named() {
@@ -109,16 +110,16 @@ mod tests {
                             (Paths::Auto, Radius::Px(1.0)),
                             (Paths::Count(1), Radius::Auto),
                         ] {
-                            let cell = Cell::new(method).with(|settings| {
-                                settings.history = history;
-                                settings.emission = emission;
-                                settings.path_history = *path_history;
-                                settings.light_paths = light_paths;
-                                settings.radius = radius;
+                            let cell = Cell::new(method).with(|config| {
+                                config.history = history;
+                                config.emission = emission;
+                                config.path_history = *path_history;
+                                config.light_paths = light_paths;
+                                config.radius = radius;
                             });
                             let cell = cell.effective();
-                            let reuses = method.kept(cell.parts()).next().is_some();
-                            assert_eq!(reuses, !reusing_options(&cell).is_empty(), "{cell:?}");
+                            let reuses = method.kept(cell.config.parts()).next().is_some();
+                            assert_eq!(reuses, !reusing_options(&cell.config).is_empty(), "{cell:?}");
                         }
                     }
                 }

@@ -10,7 +10,7 @@ use caustics::output::target::{Target, TargetError, remove};
 use caustics::scene::{self, EnvironmentMap};
 use caustics_bench::reference::References;
 use caustics_bench::store::{self, Results};
-use caustics_bench::sweep::config::Config;
+use caustics_bench::sweep::config::SweepConfig;
 use caustics_bench::sweep::expand::Expanded;
 use caustics_bench::sweep::merge::{Joined, merge};
 use caustics_bench::sweep::task::{SweepContext, Task};
@@ -31,7 +31,7 @@ pub fn run(options: &cli::SweepOptions) -> anyhow::Result<ExitCode> {
     let file = options.experiment.as_deref().context("there is no experiment")?;
     let text = read_text(file).with_context(|| format!("cannot read {}", file.display()))?;
     let wrong = |what: String| Usage(format!("{}: {what}", file.display()));
-    let config = Config::parse(&text).map_err(wrong)?;
+    let config = SweepConfig::parse(&text).map_err(wrong)?;
     output.map_or(Ok(()), |folder| check_tables(folder, &config, &[file]))?;
     let shard = options.sharding.found()?;
     let machine = Machine {
@@ -68,7 +68,7 @@ pub fn run(options: &cli::SweepOptions) -> anyhow::Result<ExitCode> {
 }
 
 /// The cells of a file or of options, the runners found; tells what is left out and what scenes warn of.
-pub fn expand(config: &Config, machine: &Machine) -> anyhow::Result<Expanded> {
+pub fn expand(config: &SweepConfig, machine: &Machine) -> anyhow::Result<Expanded> {
     let mut known = BTreeMap::new();
     let mut runner = |name: &str| {
         if let Some(choice) = known.get(name) {
@@ -97,7 +97,7 @@ pub fn expand(config: &Config, machine: &Machine) -> anyhow::Result<Expanded> {
 }
 
 /// All cells, checked for what no value by itself shows.
-pub fn tasks<'a>(config: &Config, expanded: &'a Expanded) -> Result<Vec<Task<'a>>, Usage> {
+pub fn tasks<'a>(config: &SweepConfig, expanded: &'a Expanded) -> Result<Vec<Task<'a>>, Usage> {
     let tasks: Vec<Task> = expanded.parts.iter().flat_map(|part| Task::all(config, part)).collect();
     if tasks.is_empty() {
         let why = expanded.skipped.join("; ");
@@ -107,14 +107,19 @@ pub fn tasks<'a>(config: &Config, expanded: &'a Expanded) -> Result<Vec<Task<'a>
         let sizes =
             [task.part.timed_size, config.error.as_ref().map(|error| (error.width.0, error.height.0))];
         for (width, height) in sizes.into_iter().flatten() {
-            check_rays(&task.cell, width, height)?;
+            check_rays(&task.cell.config, width, height)?;
         }
     }
     Ok(tasks)
 }
 
 /// Measures what is missing of the tasks. False where Ctrl-C came.
-pub fn measure(config: &Config, tasks: &[Task], results: &Results, part_note: &str) -> anyhow::Result<bool> {
+pub fn measure(
+    config: &SweepConfig,
+    tasks: &[Task],
+    results: &Results,
+    part_note: &str,
+) -> anyhow::Result<bool> {
     let stopped = interrupt::watch()?;
     let missing = tasks.iter().filter(|task| !task.is_done(config, results)).count();
     message!("{} cells{part_note}, {missing} to measure", tasks.len());
@@ -149,7 +154,7 @@ fn cache() -> Result<PathBuf, Usage> {
 }
 
 /// Prints the cells and counts the references.
-fn dry_run(options: &cli::SweepOptions, config: &Config, tasks: &[Task]) -> anyhow::Result<ExitCode> {
+fn dry_run(options: &cli::SweepOptions, config: &SweepConfig, tasks: &[Task]) -> anyhow::Result<ExitCode> {
     let known = |task: &Task| store::read(options.output.as_deref()?, &task.identity);
     let mut done = 0;
     for task in tasks {
@@ -163,7 +168,7 @@ fn dry_run(options: &cli::SweepOptions, config: &Config, tasks: &[Task]) -> anyh
         let cache = cache()?;
         let mut seen = BTreeSet::new();
         for task in tasks {
-            if !seen.insert((std::ptr::from_ref(task.part), task.cell.settings.max_bounces)) {
+            if !seen.insert((std::ptr::from_ref(task.part), task.cell.config.max_bounces)) {
                 continue;
             }
             let plan = task.part.error_plan(config, &task.cell).context("there is no table [error]")?;
@@ -192,7 +197,7 @@ fn join(options: &cli::SweepOptions, out: &Path) -> anyhow::Result<ExitCode> {
 }
 
 /// Refuses to write the tables of a folder in the place of a file that is read.
-pub fn check_tables(folder: &Path, config: &Config, others: &[&Path]) -> Result<(), Usage> {
+pub fn check_tables(folder: &Path, config: &SweepConfig, others: &[&Path]) -> Result<(), Usage> {
     let scenes = config.matrix.iter().flat_map(|matrix| &matrix.get_ref().scene);
     let scenes: BTreeSet<PathBuf> = scenes.filter_map(|name| scene::resolve(name).ok()).collect();
     let mut read: Vec<PathBuf> = scenes.iter().flat_map(|scene| scene::files(scene)).collect();

@@ -84,9 +84,9 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
         return Err(Usage(format!("--target-fps {}: give 0.1 to 240", options.target_fps)).into());
     }
     let cell = cell(options)?;
-    check_rays(&cell, view.width, view.height)?;
+    check_rays(&cell.config, view.width, view.height)?;
     // A device that is not there is told now, since only a page could be told later. `auto` always finds one.
-    let gather = cell.gather.filter(|_| cell.method.chooses_gather);
+    let gather = cell.config.gather.filter(|_| cell.config.method.chooses_gather);
     pick(cell.asked_runner, &options.machine, gather)?.0.check()?;
     threads::check(THREADS).context("a page takes threads of its own")?;
     let guard = match std::env::var(TOKEN) {

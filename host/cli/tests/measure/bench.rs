@@ -1,11 +1,11 @@
 //! `caustics bench` from outside: what it measures, prints, keeps and refuses.
 
-use caustics::settings::Paths;
+use caustics::render_config::Paths;
 use std::path::{Path, PathBuf};
 
 use caustics::image_file::Channels;
+use caustics::render_config::RenderConfig;
 use caustics::scene::{Scene, resolve};
-use caustics::settings::Settings;
 use caustics_bench::cell::Cell;
 use caustics_bench::error::{
     CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, FLIP_CAUSTIC_REGION, MEASURES, RELMSE,
@@ -165,11 +165,11 @@ fn each_cell_has_the_first_turn_in_turn() {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let mut cells: Vec<Cell> = history::ALL
         .iter()
-        .map(|&history| Cell::new(&BASIC).with(|settings| settings.history = history))
+        .map(|&history| Cell::new(&BASIC).with(|config| config.history = history))
         .collect();
     caustics_bench::cell_parameters::name_all(&mut cells);
     let plan = MeasurementPlan {
-        settings: Settings { width: 40, height: 24, ..Settings::default() },
+        config: RenderConfig { width: 40, height: 24, ..RenderConfig::default() },
         camera: scene.cameras[0].name.clone(),
         frames: 0..cells.len() as u32,
         fps: 24.0,
@@ -273,24 +273,23 @@ fn shown_change(seeds: &[u32]) -> f64 {
     use caustics::metric::flip_ldr::flip_ldr;
     use caustics::metric::pixels::Pixels;
     use caustics::session::{RunnerChoice, Session};
-    use caustics_kernels::gather::variant::PHOTONS_GRID;
+
     use caustics_kernels::interface::choice::Sampler;
 
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let of_seed = |&seed: &u32| {
         let sampler = Sampler::Sobol;
-        let settings = Settings {
+        let config = RenderConfig {
             width: 40,
             height: 24,
             light_paths: Paths::Count(1920),
             seed,
             sampler,
-            ..Settings::default()
+            ..RenderConfig::default()
         };
-        let features = scene.features(settings.specular_roughness);
+        let features = scene.features(config.specular_roughness);
         let (choice, camera) = (RunnerChoice::Cpu { threads: 1 }, &scene.cameras[0]);
-        let mut session =
-            Session::new(&choice, &scene, camera, &settings, &BASIC, &PHOTONS_GRID, features).unwrap();
+        let mut session = Session::new(&choice, &scene, camera, &config, features).unwrap();
         let [first, second] = [0, 1].map(|frame| {
             session.frame(frame).unwrap();
             let values = session.image().unwrap().beauty();
@@ -334,10 +333,10 @@ fn without_a_folder_there_is_a_table_only() {
     let stdout = dir.try_bench(&run).expect_success(&run).stdout;
     let results: Vec<CellResult> = serde_json::from_str(&stdout).unwrap();
     let bounces = |result: &CellResult| result.cell.number(&MAX_BOUNCES);
-    let mut settings: Vec<_> =
+    let mut config: Vec<_> =
         results.iter().map(|result| (bounces(result), result.cell.number(&RADIUS_PX))).collect();
-    settings.sort_by(|a, b| a.partial_cmp(b).unwrap());
-    assert_eq!(settings, [(3.0, 1.0), (3.0, 2.0), (5.0, 1.0), (5.0, 2.0)]);
+    config.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    assert_eq!(config, [(3.0, 1.0), (3.0, 2.0), (5.0, 1.0), (5.0, 2.0)]);
     let rays = |wanted: f64| {
         results
             .iter()

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use caustics_bench::sweep::config::Config;
+use caustics_bench::sweep::config::SweepConfig;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments")
@@ -19,7 +19,7 @@ fn the_files_of_the_experiments_are_read() {
     for entry in folder().read_dir().unwrap() {
         let file = entry.unwrap().path();
         if file.extension().is_some_and(|extension| extension == "toml") {
-            let config = Config::parse(&std::fs::read_to_string(&file).unwrap());
+            let config = SweepConfig::parse(&std::fs::read_to_string(&file).unwrap());
             assert!(config.is_ok(), "{}: {}", file.display(), config.unwrap_err());
             count += 1;
         }

@@ -4,16 +4,16 @@
 
 use std::collections::BTreeSet;
 
-use caustics::settings::Settings;
+use caustics::render_config::RenderConfig;
 use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{
     AUTO, GATHER, MAX_BOUNCES, METHOD, PARAMETERS, PATHS_PER_PIXEL, Parameter, RADIUS_PX, RUNNER, Values,
 };
-use caustics_kernels::gather::variant;
+use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
+use caustics_kernels::interface::named::Named;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::{self, Method};
-use glam::Vec3;
 
 /// Size of most images (px).
 const SIZE: [u32; 2] = [48, 27];
@@ -25,20 +25,19 @@ pub const ASPECT: f64 = SIZE[0] as f64 / SIZE[1] as f64;
 pub struct Configuration {
     pub name: String,
     pub cell: Cell,
-    pub settings: Settings,
 }
 
 impl Configuration {
     fn new(name: String, cell: Cell) -> Configuration {
         let [width, height] = SIZE;
-        let common = Settings { width, height, seed: 7, ..Settings::default() };
-        let settings = cell.settings(&common);
-        Configuration { name, cell, settings }
+        let common = RenderConfig { width, height, seed: 7, ..RenderConfig::default() };
+        let config = cell.config.with_image_of(&common);
+        Configuration { name, cell: Cell { config, ..cell } }
     }
 
     /// The configuration with another value of a parameter, under a name that says so.
-    fn with(&self, what: &str, settings: Settings) -> Configuration {
-        Configuration { name: format!("{} {what}", self.name), cell: self.cell.clone(), settings }
+    fn with(&self, what: &str, config: RenderConfig) -> Configuration {
+        Configuration { name: format!("{} {what}", self.name), cell: Cell { config, ..self.cell.clone() } }
     }
 }
 
@@ -50,7 +49,7 @@ fn values(parameter: &'static Parameter) -> Vec<String> {
         Values::Names(_) if *parameter == RUNNER => Vec::new(),
         Values::Names(names) => {
             // The CPU has no ray queries.
-            let is_software = |name: &str| variant::find(name).is_none_or(|gather| !gather.hardware);
+            let is_software = |name: &str| <&Variant>::find(name).map_or(true, |gather| !gather.hardware);
             let names = names().into_iter().map(|(name, _)| name);
             names.filter(|name| *parameter != GATHER || is_software(name)).map(str::to_string).collect()
         }
@@ -82,10 +81,11 @@ fn full(method: &'static Method) -> Configuration {
             set(&mut cell, parameter, value);
         }
     }
-    let Configuration { name, cell, settings } =
-        Configuration::new(format!("{} full", method.name), cell.effective());
-    let settings = Settings { pixel_filter: PixelFilter::Box, auxiliary: true, ..settings };
-    Configuration { name, cell, settings }
+    let cell = cell.effective().with(|config| {
+        config.pixel_filter = PixelFilter::Box;
+        config.auxiliary = true;
+    });
+    Configuration::new(format!("{} full", method.name), cell)
 }
 
 /// The configuration with every other value of every parameter, one at a time.
@@ -99,9 +99,7 @@ fn one_at_a_time(base: &Configuration) -> Vec<Configuration> {
             let cell = cell.effective();
             // What has no effect in the method makes no other image.
             if keys.insert(cell.key()) {
-                let settings = cell.settings(&base.settings);
-                let name = format!("{} {}={value}", base.name, parameter.key);
-                found.push(Configuration { name, cell, settings });
+                found.push(Configuration { name: format!("{} {}={value}", base.name, parameter.key), cell });
             }
         }
     }
@@ -110,9 +108,12 @@ fn one_at_a_time(base: &Configuration) -> Vec<Configuration> {
 
 /// The configuration with other values of the settings that are no parameters of experiments, one at a time.
 fn other_settings(base: &Configuration) -> Vec<Configuration> {
-    let own = &base.settings;
+    let own = &base.cell.config;
     // A new field is either set by a parameter, which takes its values from the program's lists, or gets other values below.
-    let Settings {
+    let RenderConfig {
+        method: _,
+        gather: _,
+        features: _,
         light_paths: _,
         max_bounces: _,
         radius: _,
@@ -139,20 +140,20 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
     let other_filter =
         PixelFilter::ALL.iter().copied().find(|filter| *filter != pixel_filter).expect("two filters");
     let mut found = vec![
-        base.with("size=odd", Settings { width: width + 1, height: height + 4, ..own.clone() }),
-        base.with("tiles=4", Settings { tiles: Some(4), ..own.clone() }),
-        base.with("specular_roughness=0", Settings { specular_roughness: 0.0, ..own.clone() }),
-        base.with("specular_roughness=0.6", Settings { specular_roughness: 0.6, ..own.clone() }),
-        base.with("seed=other", Settings { seed: seed + 1, ..own.clone() }),
-        base.with("pixel_filter=other", Settings { pixel_filter: other_filter, ..own.clone() }),
-        base.with("exposure=1.5", Settings { exposure: 1.5, ..own.clone() }),
-        base.with("background=sky", Settings { background: Some(Vec3::new(0.1, 0.2, 0.4)), ..own.clone() }),
-        base.with("batches=2", Settings { batches: 2, ..own.clone() }),
-        base.with("auxiliary=other", Settings { auxiliary: !auxiliary, ..own.clone() }),
+        base.with("size=odd", RenderConfig { width: width + 1, height: height + 4, ..own.clone() }),
+        base.with("tiles=4", RenderConfig { tiles: Some(4), ..own.clone() }),
+        base.with("specular_roughness=0", RenderConfig { specular_roughness: 0.0, ..own.clone() }),
+        base.with("specular_roughness=0.6", RenderConfig { specular_roughness: 0.6, ..own.clone() }),
+        base.with("seed=other", RenderConfig { seed: seed + 1, ..own.clone() }),
+        base.with("pixel_filter=other", RenderConfig { pixel_filter: other_filter, ..own.clone() }),
+        base.with("exposure=1.5", RenderConfig { exposure: 1.5, ..own.clone() }),
+        base.with("background=sky", RenderConfig { background: Some([0.1, 0.2, 0.4]), ..own.clone() }),
+        base.with("batches=2", RenderConfig { batches: 2, ..own.clone() }),
+        base.with("auxiliary=other", RenderConfig { auxiliary: !auxiliary, ..own.clone() }),
     ];
     found.extend(TextureFilter::ALL.iter().map(|filter| {
-        let settings = Settings { texture_filter: Some(*filter), ..own.clone() };
-        base.with(&format!("texture_filter={}", filter.name()), settings)
+        let config = RenderConfig { texture_filter: Some(*filter), ..own.clone() };
+        base.with(&format!("texture_filter={}", filter.name()), config)
     }));
     found
 }
@@ -180,7 +181,7 @@ pub fn all() -> Vec<Configuration> {
 fn every_value_of_every_parameter_makes_an_image_in_every_method_that_looks_at_it() {
     let all = all();
     for &method in method::ALL {
-        let of_method: Vec<_> = all.iter().filter(|found| found.cell.method == method).collect();
+        let of_method: Vec<_> = all.iter().filter(|found| found.cell.config.method == method).collect();
         assert!(!of_method.is_empty());
         for parameter in PARAMETERS.into_iter().filter(|parameter| **parameter != METHOD) {
             for value in values(parameter) {
@@ -193,7 +194,7 @@ fn every_value_of_every_parameter_makes_an_image_in_every_method_that_looks_at_i
         }
     }
     for gather in variant::ALL.iter().filter(|gather| !gather.hardware) {
-        assert!(all.iter().any(|found| found.cell.gather_name() == gather.name), "{}", gather.name);
+        assert!(all.iter().any(|found| found.cell.config.gather == Some(gather)), "{}", gather.name);
     }
     // Only where images are rendered is left out.
     for parameter in PARAMETERS.into_iter().filter(|parameter| values(parameter).is_empty()) {

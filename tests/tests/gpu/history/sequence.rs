@@ -1,7 +1,7 @@
 //! Frames that each runner renders on what it remembers itself.
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
-use caustics::settings::Settings;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_tests::compare::{Tolerance, floats};
 use caustics_tests::frames::{Frames, sums};
@@ -47,12 +47,12 @@ pub fn run(animation: &mut Animation, other: u32, title: &str) -> Compared {
 }
 
 /// Standard error of the mean of a channel over the last frame, from sequences of other seeds on the CPU.
-pub fn error(settings: &Settings, scene: &Scene) -> f64 {
+pub fn error(config: &RenderConfig, scene: &Scene) -> f64 {
     let mut scene = scene.clone();
     let mut last = |seed| {
         scene.pose(0.0).expect("a pose");
-        let settings = Settings { seed, ..settings.clone() };
-        let mut frames = Frames::new(&scene, &settings, settings.history);
+        let config = RenderConfig { seed, ..config.clone() };
+        let mut frames = Frames::new(&scene, &config, config.history);
         let mut layer = vec![];
         for frame in 0..FRAMES {
             scene.pose(f64::from(frame) / RATE).expect("a pose");

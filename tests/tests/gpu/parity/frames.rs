@@ -1,8 +1,8 @@
 //! Whole frames: image means, gathers against each other, odd sizes.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::choice::Caustics;
@@ -10,7 +10,6 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
-use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
 use caustics_kernels::pass::step::STEP_HIT;
 use caustics_tests::compare::{Tolerance, floats, words};
@@ -21,16 +20,22 @@ use caustics_tests::statistics::Mean;
 use caustics_tests::table::Table;
 use glam::Vec3;
 
-use super::settings;
+use super::config;
 
 /// Frames of a mean.
 const FRAMES: u32 = 4;
 
 /// Means of the caustics and of all else over an image, frame by frame.
 fn means(choice: &RunnerChoice, scene: &Scene, features: Features, variant: &'static Variant) -> [Mean; 2] {
-    let settings = Settings { width: 80, height: 45, light_paths: Paths::Count(32_768), ..settings() };
-    let mut session =
-        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, variant, features).unwrap();
+    let config = RenderConfig { width: 80, height: 45, light_paths: Paths::Count(32_768), ..config() };
+    let mut session = Session::new(
+        choice,
+        scene,
+        &scene.cameras[0],
+        &RenderConfig { gather: Some(variant), ..config.clone() },
+        features,
+    )
+    .unwrap();
     let mean = |image: &[Vec3]| {
         let sum = image.iter().map(|pixel| f64::from(pixel.element_sum())).sum::<f64>();
         sum / (3.0 * image.len() as f64)
@@ -67,7 +72,7 @@ fn image_means_agree_under_every_kind_of_light() {
 /// `every_gather_on_the_gpu_finds_what_brute_force_finds` say. All scenes by the same kernels, which are compiled once.
 fn image_means_agree(scenes: &[(&str, Scene)]) {
     let Some(gpu) = gpu() else { return };
-    let features = needs(scenes.iter().map(|(_, scene)| scene), &settings());
+    let features = needs(scenes.iter().map(|(_, scene)| scene), &config());
     for (title, scene) in scenes {
         let cpu = means(&RunnerChoice::Cpu { threads: 0 }, scene, features, &variant::PHOTONS_GRID);
         for &hardware in gpu.tracers() {
@@ -91,7 +96,7 @@ fn references_agree() {
     let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
         let scene = load("glossy-room");
-        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings());
+        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &config());
         let params = runners.params;
         runners.run(&params, &(PATH.steps)(Parts::from(&variant::PHOTONS_GRID), &params));
         let (cpu, gpu_records) = runners.records::<f32>("path_radiance");
@@ -111,12 +116,12 @@ fn gathers_on_the_gpu_equal_each_other() {
     for &hardware in gpu.tracers() {
         let scene = load("mirror-room");
         let (light_paths, caustics) = (16_384, Caustics::Any);
-        let fewer = Settings {
+        let fewer = RenderConfig {
             width: 80,
             height: 45,
             light_paths: Paths::Count(light_paths),
             caustics,
-            ..settings()
+            ..config()
         };
         let mut runners = RunnerPair::open(&gpu, hardware, &scene, &fewer);
         let params = runners.params;
@@ -143,8 +148,8 @@ fn odd_sizes_run_and_the_validation_layer_is_silent() {
     let scene = load("mirror-room");
     for (width, height) in [(1, 1), (191, 107)] {
         for &hardware in gpu.tracers() {
-            let settings = Settings { width, height, light_paths: Paths::Count(5000), ..settings() };
-            let mut runners = RunnerPair::open(&gpu, hardware, &scene, &settings);
+            let config = RenderConfig { width, height, light_paths: Paths::Count(5000), ..config() };
+            let mut runners = RunnerPair::open(&gpu, hardware, &scene, &config);
             for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
                 runners.gpu.run(&runners.params, &basic::steps(variant, &runners.params)).unwrap_or_else(
                     |error| panic!("{width}x{height} {} (hardware {hardware}): {error:#}", variant.name),
@@ -161,7 +166,7 @@ fn odd_sizes_run_and_the_validation_layer_is_silent() {
 fn detects_another_seed() {
     let Some(gpu) = gpu() else { return };
     let scene = load("mirror-room");
-    let small = Settings { width: 48, height: 27, light_paths: Paths::Count(4096), ..settings() };
+    let small = RenderConfig { width: 48, height: 27, light_paths: Paths::Count(4096), ..config() };
     let mut runners = RunnerPair::open(&gpu, false, &scene, &small);
     let params = runners.params;
     let mut table = |seed| {
@@ -186,7 +191,7 @@ fn detects_another_seed() {
 fn detects_one_perturbed_input() {
     let Some(gpu) = gpu() else { return };
     let scene = load("mirror-room");
-    let mut runners = RunnerPair::open(&gpu, false, &scene, &settings());
+    let mut runners = RunnerPair::open(&gpu, false, &scene, &config());
     let mut rays = caustics_tests::rays::through(&scene, 1000);
     runners.write("rays", &rays);
     rays[617].direction = -rays[617].direction;
@@ -206,14 +211,19 @@ fn tiles_are_the_picture_on_a_device() {
     let Some(gpu) = gpu() else { return };
     let scene = load("mirror-room");
     let [whole, tiled] = [1, 3].map(|tiles| {
-        let settings = Settings { width: 64, height: 40, tiles: Some(tiles), auxiliary: true, ..settings() };
+        let config = RenderConfig { width: 64, height: 40, tiles: Some(tiles), auxiliary: true, ..config() };
         // Those of other tests, which are compiled already.
-        let features = needs([&scene], &settings);
+        let features = needs([&scene], &config);
         let choice = gpu.choice(false);
         let camera = &scene.cameras[0];
-        let mut session =
-            Session::new(&choice, &scene, camera, &settings, &BASIC, &variant::PHOTONS_GRID, features)
-                .unwrap();
+        let mut session = Session::new(
+            &choice,
+            &scene,
+            camera,
+            &RenderConfig { gather: Some(&variant::PHOTONS_GRID), ..config.clone() },
+            features,
+        )
+        .unwrap();
         session.frame(1).unwrap();
         (session.image().unwrap(), session.tiles())
     });

@@ -1,8 +1,8 @@
 //! What blends is there for a share of rays: each layer and each ray for itself, in every tracer and for every kind of ray.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
@@ -76,16 +76,21 @@ fn rays_pass_layers_by_the_product_of_their_shares() {
 
 #[test]
 fn cameras_see_through_layers_by_the_product_of_their_shares() {
-    let background = Some(Vec3::new(0.25, 0.5, 1.0));
-    let settings =
-        Settings { width: 48, height: 48, light_paths: Paths::Count(1), background, ..Settings::default() };
+    let background = Some([0.25, 0.5, 1.0]);
+    let config = RenderConfig {
+        width: 48,
+        height: 48,
+        light_paths: Paths::Count(1),
+        background,
+        ..RenderConfig::default()
+    };
     for layers in &LAYERS[1..] {
         let mut b = stack(*layers, false);
         // From above, where the panes fill the view.
         b.camera(DVec3::new(0.0, 1.5, 0.0), DVec3::new(0.0, 0.0, 0.1), 1.0);
         let mut scene = b.build();
         scene.cameras.remove(0);
-        let frames = render(&scene, &settings, "photons-grid", None, 0, 16);
+        let frames = render(&scene, &config, "photons-grid", None, 0, 16);
         let means: Vec<f64> = frames.iter().map(|frame| mean_of(&frame.0.path)).collect();
         let all = mean_of(&[Vec3::new(0.25, 0.5, 1.0)]);
         assert!(passes(*layers, &Mean::from_samples(&means), all));
@@ -94,15 +99,15 @@ fn cameras_see_through_layers_by_the_product_of_their_shares() {
 
 #[test]
 fn lights_shine_through_layers_by_the_product_of_their_shares() {
-    let settings = Settings {
+    let config = RenderConfig {
         width: 48,
         height: 48,
         light_paths: Paths::Count(1),
         max_bounces: 1,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
     let frames = |layers| {
-        let frames = render(&stack(layers, true).build(), &settings, "photons-grid", None, 0, 16);
+        let frames = render(&stack(layers, true).build(), &config, "photons-grid", None, 0, 16);
         Mean::from_samples(&frames.iter().map(|frame| mean_of(&frame.0.path)).collect::<Vec<_>>())
     };
     let open = frames(0).value;
@@ -115,14 +120,14 @@ fn light_paths_pass_layers_by_the_product_of_their_shares() {
     for layers in &LAYERS[1..] {
         let scene = stack(*layers, false).build();
         let caustics = Caustics::Any;
-        let settings = Settings {
+        let config = RenderConfig {
             width: 8,
             height: 8,
             light_paths: Paths::Count(10_000),
             caustics,
-            ..Settings::default()
+            ..RenderConfig::default()
         };
-        let mut world = World::new(&scene, &settings);
+        let mut world = World::new(&scene, &config);
         world.params.quantum = 2.0f32.powi(-40);
         let beam = Beam {
             centre: Vec3::new(0.0, 2.0, 0.0),
@@ -219,8 +224,9 @@ fn spotted(b: &mut Builder, alpha: u8) -> u32 {
 
 #[test]
 fn what_blends_to_one_everywhere_is_opaque_to_the_bit() {
-    let settings = Settings { width: 48, height: 36, light_paths: Paths::Count(4000), ..Settings::default() };
-    let image = |scene: &Scene| render(scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
+    let config =
+        RenderConfig { width: 48, height: 36, light_paths: Paths::Count(4000), ..RenderConfig::default() };
+    let image = |scene: &Scene| render(scene, &config, "photons-grid", None, 0, 1).remove(0).0;
     let textured = |b: &mut Builder, alpha, blends| MaterialTextures {
         base_color: spotted(b, alpha),
         blends,
@@ -241,10 +247,11 @@ fn what_blends_to_one_everywhere_is_opaque_to_the_bit() {
 /// All code compiled in changes no bit of a scene in which nothing blends.
 #[test]
 fn what_does_not_blend_asks_nobody() {
-    let settings = Settings { width: 48, height: 36, light_paths: Paths::Count(4000), ..Settings::default() };
+    let config =
+        RenderConfig { width: 48, height: 36, light_paths: Paths::Count(4000), ..RenderConfig::default() };
     let scene = mixed_room().build();
-    let all = render(&scene, &settings, "photons-grid", Some(Features::ALL), 0, 1);
-    let own = render(&scene, &settings, "photons-grid", None, 0, 1);
+    let all = render(&scene, &config, "photons-grid", Some(Features::ALL), 0, 1);
+    let own = render(&scene, &config, "photons-grid", None, 0, 1);
     assert!(!scene.features(0.25).has(Features::BLENDS) && all[0].0.path == own[0].0.path);
 }
 

@@ -1,8 +1,8 @@
 //! Textured emitters: what light paths carry, what light sampling finds, what a camera sees.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::texture::MaterialTextures;
 use caustics_kernels::light::emit::Emit;
@@ -77,7 +77,7 @@ fn light(alpha: Alpha) -> (Scene, f64) {
 fn world(scene: &Scene) -> World<'_> {
     World::new(
         scene,
-        &Settings { width: 32, height: 32, light_paths: Paths::Count(1), ..Settings::default() },
+        &RenderConfig { width: 32, height: 32, light_paths: Paths::Count(1), ..RenderConfig::default() },
     )
 }
 
@@ -158,13 +158,14 @@ fn connections_and_light_paths_agree() {
 #[test]
 fn a_textured_lamp_shows_its_texels() {
     let (scene, _) = light(Alpha::Whole);
-    let settings = Settings { width: 64, height: 64, light_paths: Paths::Count(1), ..Settings::default() };
+    let config =
+        RenderConfig { width: 64, height: 64, light_paths: Paths::Count(1), ..RenderConfig::default() };
     let mut camera = scene.cameras[0].clone();
     camera.position = Vec3::new(0.0, 0.01, 0.0);
     (camera.forward, camera.right, camera.up) = (Vec3::Y, Vec3::X, Vec3::NEG_Z);
     camera.fov_y = 2.0 * 0.5_f32.atan();
     let scene = Scene { cameras: vec![camera], ..scene };
-    let collected = World::new(&scene, &settings).collect();
+    let collected = World::new(&scene, &config).collect();
     let mean = collected.iter().map(|c| f64::from(c.light.radiance.x)).sum::<f64>() / 4096.0;
     let (lowest, highest) = collected.iter().fold((f32::MAX, 0.0_f32), |(lowest, highest), c| {
         (lowest.min(c.light.radiance.x), highest.max(c.light.radiance.x))

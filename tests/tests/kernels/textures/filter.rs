@@ -3,9 +3,8 @@
 use caustics::image_file::Encoding;
 use caustics::metric::flip_ldr::flip_ldr;
 use caustics::metric::pixels::Pixels;
+use caustics::render_config::RenderConfig;
 use caustics::session::{RunnerChoice, Session};
-use caustics::settings::Settings;
-use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
 use caustics_kernels::method::path::PATH;
 use caustics_tests::scenes::committed;
@@ -19,19 +18,25 @@ const FINER: usize = 8;
 /// `textured-room` under direct light alone, which takes few samples: the mean of `samples` a pixel.
 fn render(texture_filter: TextureFilter, scale: usize, samples: u32, seed: u32) -> Pixels {
     let (width, height) = (scale * WIDTH, scale * HEIGHT);
-    let settings = Settings {
+    let config = RenderConfig {
         width: width as u32,
         height: height as u32,
         max_bounces: 1,
         pixel_filter: PixelFilter::Box,
         texture_filter: Some(texture_filter),
         seed,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
     let (choice, scene) = (RunnerChoice::Cpu { threads: 0 }, committed("textured-room"));
-    let features = scene.features(settings.specular_roughness);
-    let mut session =
-        Session::new(&choice, &scene, &scene.cameras[0], &settings, &PATH, &PHOTONS_GRID, features).unwrap();
+    let features = scene.features(config.specular_roughness);
+    let mut session = Session::new(
+        &choice,
+        &scene,
+        &scene.cameras[0],
+        &RenderConfig { method: &PATH, ..config.clone() },
+        features,
+    )
+    .unwrap();
     let mut values = vec![DVec3::ZERO; WIDTH * HEIGHT];
     let share = 1.0 / (f64::from(samples) * (scale * scale) as f64);
     for sample in 0..samples {

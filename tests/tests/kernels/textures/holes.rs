@@ -1,8 +1,8 @@
 //! Cut-outs: holes let light through, in every tracer and for every kind of ray.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::interface::texture::MaterialTextures;
@@ -33,14 +33,14 @@ fn screened(screen: bool, cutoff: f32) -> Scene {
 
 #[test]
 fn half_open_screens_let_half_the_light_through() {
-    let settings = Settings {
+    let config = RenderConfig {
         width: 256,
         height: 256,
         light_paths: Paths::Count(1),
         max_bounces: 1,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
-    let light = |scene: &Scene| mean_of(&render(scene, &settings, "photons-grid", None, 0, 1)[0].0.path);
+    let light = |scene: &Scene| mean_of(&render(scene, &config, "photons-grid", None, 0, 1)[0].0.path);
     let (open, half) = (light(&screened(false, 0.5)), light(&screened(true, 0.5)));
     println!("{half:.5} of {open:.5}");
     // The image shows about 2 x 2 squares of the shadow pattern, counted by pixels of 2 mm: borders take 1 %.
@@ -95,9 +95,10 @@ fn background_is_seen_and_lights_nothing() {
     b.light(DVec3::new(-1.0, 0.0, 1.0), 1.0);
     let scene = b.build();
     let background = Vec3::new(0.25, 0.5, 1.0);
-    let settings = Settings { width: 64, height: 64, light_paths: Paths::Count(1), ..Settings::default() };
-    let with = Settings { background: Some(background), ..settings.clone() };
-    let dark = render(&scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
+    let config =
+        RenderConfig { width: 64, height: 64, light_paths: Paths::Count(1), ..RenderConfig::default() };
+    let with = RenderConfig { background: Some(background.to_array()), ..config.clone() };
+    let dark = render(&scene, &config, "photons-grid", None, 0, 1).remove(0).0;
     let bright = render(&scene, &with, "photons-grid", None, 0, 1).remove(0).0;
     let (mut free, mut mirrored, mut on_floor) = (0, 0, 0);
     for (dark, bright) in dark.path.iter().zip(&bright.path) {
@@ -116,5 +117,5 @@ fn background_is_seen_and_lights_nothing() {
     assert!(free > 500 && mirrored > 300 && on_floor > 300);
     // The file's own colour counts where the option says nothing.
     let scene = Scene { background, ..scene };
-    assert!(render(&scene, &settings, "photons-grid", None, 0, 1).remove(0).0.path == bright.path);
+    assert!(render(&scene, &config, "photons-grid", None, 0, 1).remove(0).0.path == bright.path);
 }

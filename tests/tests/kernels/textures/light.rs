@@ -1,8 +1,8 @@
 //! Normal maps and textured materials in whole images.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::choice::Caustics;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
@@ -33,9 +33,9 @@ fn bumped(texel: Option<[u8; 4]>) -> Scene {
 
 #[test]
 fn flat_normal_maps_change_no_bit() {
-    let settings =
-        Settings { width: 64, height: 48, light_paths: Paths::Count(60_000), ..Settings::default() };
-    let image = |scene: &Scene| render(scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
+    let config =
+        RenderConfig { width: 64, height: 48, light_paths: Paths::Count(60_000), ..RenderConfig::default() };
+    let image = |scene: &Scene| render(scene, &config, "photons-grid", None, 0, 1).remove(0).0;
     let (plain, flat) = (bumped(None), bumped(Some([128, 128, 255, 255])));
     assert!(
         flat.features(0.25).has(Features::NORMAL_MAPS) && !plain.features(0.25).has(Features::NORMAL_MAPS)
@@ -79,14 +79,14 @@ fn a_leaning_mirror_scales_flux_by_the_adjoint_factor() {
     b.panel(catcher, DVec3::new(0.0, 0.0, 2.0), 20.0 * DVec3::NEG_X, 20.0 * DVec3::Y);
     b.camera(DVec3::new(0.0, 0.0, 1.0), DVec3::ZERO, 0.8);
     let scene = b.build();
-    let settings = Settings {
+    let config = RenderConfig {
         width: 8,
         height: 8,
         light_paths: Paths::Count(10_000),
         max_bounces: 2,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
-    let (world, beam) = (World::new(&scene, &settings), slanting_beam());
+    let (world, beam) = (World::new(&scene, &config), slanting_beam());
     let photons = world.shoot(&beam);
     let ratio = photons.flux().map(|(_, flux)| flux).sum::<f64>() / beam.area();
     let tilt = f64::from(TILT.0).atan2(f64::from(TILT.1));
@@ -116,16 +116,16 @@ fn a_leaning_lambertian_scatters_by_its_own_normal() {
     let beam = slanting_beam();
     let ratios: Vec<f64> = (0..12)
         .map(|seed| {
-            let settings = Settings {
+            let config = RenderConfig {
                 width: 8,
                 height: 8,
                 light_paths: Paths::Count(50_000),
                 max_bounces: 3,
                 seed,
                 caustics: Caustics::Any,
-                ..Settings::default()
+                ..RenderConfig::default()
             };
-            let photons = World::new(&scene, &settings).shoot(&beam);
+            let photons = World::new(&scene, &config).shoot(&beam);
             photons.flux().map(|(_, flux)| flux).sum::<f64>() / beam.area()
         })
         .collect();

@@ -10,7 +10,7 @@ use caustics_tests::scenes::*;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-use super::settings;
+use super::config;
 
 /// The disc of a point seen directly has the area of its pixel's real footprint, from rays through the pixel's
 /// corners; 3 % for the spread that is one for all pixels and for footprints that are no parallelograms.
@@ -22,7 +22,7 @@ fn disc_has_the_area_of_the_pixels_footprint() {
     b.light(DVec3::new(0.0, 2.0, 0.0), 1.0);
     b.camera(DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO, 0.15);
     let scene = b.build();
-    let world = World::new(&scene, &settings(36, 24, 1));
+    let world = World::new(&scene, &config(36, 24, 1));
     let camera = &world.params.camera;
     let on_floor = |x: f64, y: f64| {
         let along_x = camera.right.as_dvec3() * (2.0 * x / 36.0 - 1.0);
@@ -121,7 +121,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
         b.light(7.0 * DVec3::Y, 1.0);
         b.camera(eye, DVec3::ZERO, 0.4);
         let scene = b.build();
-        let world = World::new(&scene, &settings(8, 8, 1));
+        let world = World::new(&scene, &config(8, 8, 1));
         let (mut tracer, mut tally) = (world.tracer(), Tally::default());
 
         // The kernels choose among lobes at random: take the path that follows the oracle's.

@@ -1,6 +1,6 @@
 //! Dispersion: each channel is refracted, reflected and passed by its own index of refraction.
 
-use caustics::settings::Settings;
+use caustics::render_config::RenderConfig;
 use caustics_kernels::interface::choice::{Caustics, PixelFilter};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::FRAC_PI_3;
 
 use super::glass::{radiance_through, transmitted};
-use super::{above_a_floor, near, settings};
+use super::{above_a_floor, config, near};
 
 /// Indices of red, green and blue of `flint`, whose Abbe number is 10: (n - 1) / 10 between red and blue.
 fn indices(ior: f64) -> [f64; 3] {
@@ -66,7 +66,7 @@ fn a_prism_bends_each_channel_by_its_index() {
         irradiance: 1.0,
     };
     let paths = 200_000;
-    let world = World::new(&scene, &Settings { max_bounces: 3, ..settings(8, 8, paths) });
+    let world = World::new(&scene, &RenderConfig { max_bounces: 3, ..config(8, 8, paths) });
     let photons = world.shoot(&beam);
     let mut shares = [0.0; 3];
     let mut turns = [0.0; 3];
@@ -150,7 +150,7 @@ fn light_of_one_channel_stays_whole() {
     b.sphere(ball, DVec3::ZERO, 0.5, 96, 48);
     b.colored_light(DVec3::new(0.0, 2.0, 0.0), Vec3::new(0.0, 0.0, 1.0));
     let scene = b.build();
-    let world = World::new(&scene, &settings(8, 8, 20_000));
+    let world = World::new(&scene, &config(8, 8, 20_000));
     let photons = world.shoot(&world.by_power());
     assert!(photons.len() > 200);
     assert!(photons.light.iter().all(|light| light.flux.x == 0.0 && light.flux.y == 0.0));
@@ -169,8 +169,8 @@ fn the_ledger_of_dispersive_glass_closes() {
     b.directional(DVec3::new(-0.2, -1.0, 0.1), 1.5);
     b.camera(DVec3::new(0.1, 0.4, 1.6), DVec3::new(0.0, -0.8, 0.0), 0.9);
     let scene = b.build();
-    let settings = Settings { max_bounces: 8, caustics: Caustics::Any, ..settings(8, 8, 1 << 16) };
-    let world = World::new(&scene, &settings);
+    let config = RenderConfig { max_bounces: 8, caustics: Caustics::Any, ..config(8, 8, 1 << 16) };
+    let world = World::new(&scene, &config);
     let energy = ledger(&world, &world.by_power(), 0);
     println!("{energy:?}");
     // As of the sky: noise of what the floor scatters.
@@ -221,7 +221,7 @@ impl PhotonSink for Images {
 #[test]
 fn images_of_the_scene_prism_are_deviated_by_their_index() {
     let scene = committed("prism");
-    let world = World::new(&scene, &settings(8, 8, 1));
+    let world = World::new(&scene, &config(8, 8, 1));
     let (mut tracer, mut tally, mut images) = (world.tracer(), Tally::default(), Images::default());
     let by_power = world.by_power();
     for path in 0..40_000 {
@@ -275,8 +275,8 @@ fn a_highlight_on_dispersive_glass_has_its_hue_after_32_frames() {
     b.camera(6.0 * to_eye, DVec3::ZERO, 0.45);
     let scene = b.build();
     let (side, middle) = (64, (0.5_f64, 0.0));
-    let settings = Settings { pixel_filter: PixelFilter::Box, ..settings(side, side, 1) };
-    let frames = render(&scene, &settings, "photons-grid", None, 0, 32);
+    let config = RenderConfig { pixel_filter: PixelFilter::Box, ..config(side, side, 1) };
+    let frames = render(&scene, &config, "photons-grid", None, 0, 32);
     // The pixels around the point of mirror reflection, where the lamp's image covers 14 x 11.
     let scale = 0.5 * f64::from(side) / (0.5_f64 * 0.45).tan();
     let (column, row) = (
@@ -314,7 +314,7 @@ fn collection_points_on_dispersive_glass_keep_all_channels() {
     b.light(DVec3::new(0.0, 1.0, 0.0), 1.0);
     b.camera(DVec3::new(0.0, 3.0, 0.0), DVec3::ZERO, 0.3);
     let scene = b.build();
-    let world = World::new(&scene, &settings(32, 32, 1));
+    let world = World::new(&scene, &config(32, 32, 1));
     let points = world.collect();
     let first = points.iter().filter(|collected| collected.point.geometry.depth == 1);
     let mut count = 0;

@@ -1,7 +1,7 @@
 //! The density estimate: its bias, its borders, facets, pixels without a point.
 
-use caustics::settings::Radius;
-use caustics::settings::Settings;
+use caustics::render_config::Radius;
+use caustics::render_config::RenderConfig;
 use caustics_kernels::gather::accumulator::GatheredSum;
 use caustics_kernels::gather::contribution::takes;
 use caustics_kernels::gather::variant::{BRUTE, PHOTONS_GRID};
@@ -13,7 +13,7 @@ use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
-use super::{above_a_floor, near, settings};
+use super::{above_a_floor, config, near};
 
 /// O7 by the kernels' own gather and resolve: points in the plane z = 0 over photons of density `flux(x, y)` per
 /// area in [-1, 1]^2, arriving straight. Mean of pi L / albedo over the points and its standard error.
@@ -32,11 +32,11 @@ fn estimated_by(
 ) -> (f64, f64) {
     let (albedo, count, batches) = (0.5, 40_000_u32, 12);
     let materials = [lambert(albedo)];
-    let settings = settings(20, 20, 1);
+    let config = config(20, 20, 1);
     let mut b = above_a_floor();
     b.light(DVec3::Y, 1.0);
     let scene = b.build();
-    let mut params = World::new(&scene, &settings).params;
+    let mut params = World::new(&scene, &config).params;
     params.cell_mask = (1 << 16) - 1;
     params.quantum = 2.0_f32.powi(-40);
     let points: Vec<_> = (0..400)
@@ -103,7 +103,7 @@ fn taken(points: &[PointGeometry], photons: &[PhotonGeometry]) -> Vec<u32> {
     let mut b = above_a_floor();
     b.light(DVec3::Y, 1.0);
     let scene = b.build();
-    let mut params = World::new(&scene, &settings(points.len() as u32, 1, 1)).params;
+    let mut params = World::new(&scene, &config(points.len() as u32, 1, 1)).params;
     params.cell_mask = (1 << 12) - 1;
     let mut all = Photons::default();
     for geometry in photons {
@@ -168,8 +168,8 @@ fn discs_take_no_light_through_walls_and_round_corners() {
 #[test]
 fn wall_of_half_a_radius_lets_no_caustic_through() {
     let rendered = |wall| {
-        let settings = Settings { radius: Radius::Px(3.0), ..settings(32, 32, 100_000) };
-        render(&half_room(wall), &settings, "photons-grid", None, 0, 1).remove(0).0
+        let config = RenderConfig { radius: Radius::Px(3.0), ..config(32, 32, 100_000) };
+        render(&half_room(wall), &config, "photons-grid", None, 0, 1).remove(0).0
     };
     let (dark, lit) = (rendered(Some(0.01)), rendered(None));
     let centre = dark.radius[16 * 32 + 16];
@@ -233,7 +233,7 @@ fn pixels_without_a_point_take_nothing() {
     let mut photons = Photons::default();
     photons.push(PhotonGeometry::default(), PhotonLight::default());
     let scene = above_a_floor().build();
-    let world = World::new(&scene, &settings(2, 2, 1));
+    let world = World::new(&scene, &config(2, 2, 1));
     let (materials, features) = (&scene.materials, world.features);
     let words = gather(&BRUTE, &points, &shadings, &photons, materials, features, &world.params);
     assert!(words.iter().all(|&word| word == 0));

@@ -9,7 +9,7 @@ use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
-use super::{near, settings};
+use super::{config, near};
 
 /// Reflectance at normal incidence of the mirrors; at other angles it is Schlick's.
 const RHO: f64 = 0.8;
@@ -39,7 +39,7 @@ fn by_parabola(count: u32) -> Vec<(f64, f64)> {
     b.panel(plate, DVec3::Y, 0.1 * DVec3::Z, 0.1 * DVec3::X);
     b.camera(DVec3::new(0.0, 8.0, 0.0), DVec3::ZERO, 0.5);
     let scene = b.build();
-    let world = World::new(&scene, &settings(8, 8, 200_000));
+    let world = World::new(&scene, &config(8, 8, 200_000));
     let beam = Beam {
         centre: Vec3::new(0.9, 3.0, 0.0),
         direction: Vec3::NEG_Y,
@@ -121,7 +121,7 @@ fn by_ellipse(segments: u32, catcher: f64) -> (f64, f64) {
     b.camera(DVec3::ZERO, DVec3::Z, 0.5);
     let scene = b.build();
     let paths = 200_000;
-    let world = World::new(&scene, &settings(8, 8, paths));
+    let world = World::new(&scene, &config(8, 8, paths));
     let photons = world.shoot(&world.by_power());
     let caught: Vec<(f64, f64)> = photons
         .flux()

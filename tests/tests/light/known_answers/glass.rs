@@ -1,7 +1,7 @@
 //! Glass: thin walls, slabs, nested media, and a sphere in parallel light.
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
-use caustics::settings::Settings;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::PhotonGeometry;
 use caustics_tests::direct::*;
@@ -9,11 +9,11 @@ use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
-use super::{above_a_floor, near, settings};
+use super::{above_a_floor, config, near};
 
 /// Share of a beam straight down that reaches the floor through `filter` scatterings, and its standard error.
 pub fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(u32) -> bool) -> (f64, f64) {
-    let world = World::new(scene, &Settings { max_bounces, ..settings(8, 8, paths) });
+    let world = World::new(scene, &RenderConfig { max_bounces, ..config(8, 8, paths) });
     let beam = Beam {
         centre: Vec3::new(0.01, 2.0, 0.02),
         direction: Vec3::NEG_Y,
@@ -34,8 +34,8 @@ pub fn radiance_through(mut builder: Builder, max_bounces: u32, frames: u32) -> 
     let light = builder.material(emitter(1.0));
     builder.panel(light, DVec3::new(0.0, -1.5, 0.0), 2.0 * DVec3::Z, 2.0 * DVec3::X);
     let scene = builder.build();
-    let settings = Settings { max_bounces, ..settings(256, 256, 1) };
-    let frames = render(&scene, &settings, "photons-grid", None, 0, frames);
+    let config = RenderConfig { max_bounces, ..config(256, 256, 1) };
+    let frames = render(&scene, &config, "photons-grid", None, 0, frames);
     [0, 1, 2].map(|channel| {
         let values: Vec<f64> =
             frames.iter().flat_map(|(p, _)| &p.path).map(|v| f64::from(v[channel])).collect();
@@ -106,9 +106,9 @@ fn direct_light_inside_a_medium_is_absorbed() {
         b.light(DVec3::new(0.0, 0.5, 0.0), 1.0);
         b.camera(DVec3::new(0.0, 4.0, 0.0), DVec3::ZERO, 0.004);
         let scene = b.build();
-        let settings = Settings { max_bounces: 2, ..settings(16, 16, 1) };
+        let config = RenderConfig { max_bounces: 2, ..config(16, 16, 1) };
         let radiance: f64 =
-            World::new(&scene, &settings).collect().iter().map(|c| f64::from(c.light.radiance.x)).sum();
+            World::new(&scene, &config).collect().iter().map(|c| f64::from(c.light.radiance.x)).sum();
         radiance / 256.0
     };
     let (clear, absorbing) = (seen(0.0), seen(2.0));
@@ -172,7 +172,7 @@ fn glass_sphere_transmits_and_focuses_parallel_light() {
     b.camera(DVec3::new(0.0, 8.0, 0.0), DVec3::ZERO, 0.5);
     let scene = b.build();
     let paths = 1_000_000;
-    let world = World::new(&scene, &Settings { max_bounces: 40, ..settings(8, 8, paths) });
+    let world = World::new(&scene, &RenderConfig { max_bounces: 40, ..config(8, 8, paths) });
     let beam = Beam {
         centre: Vec3::new(0.0, 3.0, 0.0),
         direction: Vec3::NEG_Y,
@@ -214,7 +214,7 @@ fn light_that_starts_inside_of_glass_is_absorbed() {
     b.camera(DVec3::new(0.0, 0.0, 2.5), DVec3::ZERO, 0.5);
     let scene = b.build();
     let paths = 400_000;
-    let world = World::new(&scene, &Settings { max_bounces: 12, ..settings(8, 8, paths) });
+    let world = World::new(&scene, &RenderConfig { max_bounces: 12, ..config(8, 8, paths) });
     let photons = world.shoot(&world.by_power());
     let flux: f64 = photons.flux().map(|(_, flux)| flux).sum();
     let (a, r) = ((-0.8_f64).exp(), 0.04);
@@ -234,7 +234,7 @@ fn an_eye_inside_of_glass_sees_through_it() {
     b.panel(light, DVec3::new(0.0, 0.0, -1.0), 1.0 * DVec3::X, 1.0 * DVec3::Y);
     b.camera(DVec3::ZERO, DVec3::NEG_Z, 0.02);
     let scene = b.build();
-    let (image, _) = render(&scene, &settings(4, 4, 1), "photons-grid", None, 0, 1).remove(0);
+    let (image, _) = render(&scene, &config(4, 4, 1), "photons-grid", None, 0, 1).remove(0);
     for pixel in image.path {
         let expected = Vec3::new(1.0, (-0.5_f32).exp(), (-1.0_f32).exp());
         assert!((pixel - expected).abs().max_element() < 2e-4, "{pixel} {expected}");

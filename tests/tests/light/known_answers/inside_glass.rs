@@ -1,7 +1,7 @@
 //! An eye inside of glass: radiance from outside is n^2 (1 - F) times what it was, whatever stores the glass.
 
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{EnvironmentMap, Scene};
-use caustics::settings::{Paths, Settings};
 use caustics_kernels::interface::choice::PixelFilter;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
@@ -29,13 +29,13 @@ fn fresnel(cos: f64, n: f64) -> f64 {
 
 /// What an eye that looks along -z sees, over what `expected` says of the cosine between a pixel's direction and -z.
 fn seen_over(scene: &Scene, max_bounces: u32, frames: u32, expected: impl Fn(f64) -> f64) -> (f64, f64) {
-    let settings = Settings {
+    let config = RenderConfig {
         width: SIDE,
         height: SIDE,
         light_paths: Paths::Count(1),
         max_bounces,
         pixel_filter: PixelFilter::Centre,
-        ..Settings::default()
+        ..RenderConfig::default()
     };
     let camera = scene.cameras[0].camera(SIDE, SIDE);
     assert!((camera.forward - Vec3::NEG_Z).length() < 1e-6);
@@ -48,7 +48,7 @@ fn seen_over(scene: &Scene, max_bounces: u32, frames: u32, expected: impl Fn(f64
             expected(direction.normalize().dot(DVec3::NEG_Z))
         })
         .collect();
-    let frames = render(scene, &settings, "photons-grid", None, 0, frames);
+    let frames = render(scene, &config, "photons-grid", None, 0, frames);
     let ratios: Vec<f64> = frames
         .iter()
         .flat_map(|(image, _)| image.path.iter().zip(&expected))

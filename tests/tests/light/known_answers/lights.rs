@@ -11,7 +11,7 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 use super::glass::within_on_floor;
-use super::{near, settings};
+use super::{config, near};
 
 /// A spot of 1.2 W/sr: where it stands, where it points, and its inner and outer angle (rad).
 const INTENSITY: f64 = 1.2;
@@ -65,7 +65,7 @@ fn spot_lights_a_floor_by_its_falloff() {
         (scene.features(0.25), scene.lights[0].kind),
         (Features::SPOT_LIGHTS | Features::RECEIVERS, Features::SPOT_LIGHTS.0)
     );
-    let world = World::new(&scene, &settings(48, 48, 1));
+    let world = World::new(&scene, &config(48, 48, 1));
     let mut seen = [0; 3];
     for collected in world.collect() {
         let along = collected.point.geometry.position.as_dvec3() - AT;
@@ -86,7 +86,7 @@ fn spot_lights_a_floor_by_its_falloff() {
 #[test]
 fn spot_sends_its_flux_through_discs_across_its_axis() {
     let scene = lit_floor(spot);
-    let world = World::new(&scene, &settings(8, 8, 1));
+    let world = World::new(&scene, &config(8, 8, 1));
     let rays = emissions(&world, 400_000);
     for angle in [0.1, ANGLES.0, 0.4, 0.5, ANGLES.1 + 1e-4] {
         let inside = |emission: &EmissionSample| {
@@ -106,7 +106,7 @@ fn spot_sends_its_flux_through_discs_across_its_axis() {
 fn spots_of_any_width_light_their_axis() {
     for (inner, outer) in [(0.0, 1e-3), (1e-3, 2e-3), (0.0, 0.5 * PI)] {
         let scene = lit_floor(|b| b.spot(2.0 * DVec3::Y, DVec3::NEG_Y, inner, outer, 3.0));
-        let mut world = World::new(&scene, &settings(1, 1, 1));
+        let mut world = World::new(&scene, &config(1, 1, 1));
         world.params.camera.position = glam::Vec3::Y;
         world.params.camera.forward = glam::Vec3::NEG_Y;
         let radiance = f64::from(world.collect()[0].light.radiance.x);
@@ -128,14 +128,14 @@ fn directional_light_falls_by_the_cosine() {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let scene = lit_floor(|b| b.directional(DVec3::new(0.6 * sin, -cos, 0.8 * sin), 2.0));
         assert_eq!(scene.features(0.25), Features::DIRECTIONAL_LIGHTS | Features::RECEIVERS);
-        for collected in World::new(&scene, &settings(24, 24, 1)).collect() {
+        for collected in World::new(&scene, &config(24, 24, 1)).collect() {
             let radiance = f64::from(collected.light.radiance.x);
             // cos 85 degrees has 1e-6 of relative error in f32.
             assert!((radiance / (2.0 * cos * 0.5 / PI) - 1.0).abs() < 3e-6, "{degrees}: {radiance}");
         }
     }
     let behind = lit_floor(|b| b.directional(DVec3::new(0.1, 1.0, 0.0), 2.0));
-    assert!(World::new(&behind, &settings(8, 8, 1)).collect().iter().all(|c| c.light.radiance.x == 0.0));
+    assert!(World::new(&behind, &config(8, 8, 1)).collect().iter().all(|c| c.light.radiance.x == 0.0));
 }
 
 /// What stands in the way shades: a plate of a quarter of the floor's width, far above it.
@@ -150,7 +150,7 @@ fn directional_light_casts_sharp_shadows_from_afar() {
     };
     for height in [4.0, 1e3, 1e5] {
         let scene = build(height);
-        for collected in World::new(&scene, &settings(24, 24, 1)).collect() {
+        for collected in World::new(&scene, &config(24, 24, 1)).collect() {
             let p = collected.point.geometry.position;
             let edge = p.x.abs().max(p.z.abs()) - 0.5;
             // A plate far away has a clearance of its own: leave the border out.
@@ -179,7 +179,7 @@ fn directional_paths_reach_every_corner_of_the_scene() {
             b.directional(direction, 2.0);
             b.camera(DVec3::new(0.0, 3.0, 0.1), DVec3::ZERO, 0.9);
             let scene = b.build();
-            let world = World::new(&scene, &settings(8, 8, 1));
+            let world = World::new(&scene, &config(8, 8, 1));
             let mut tracer = world.tracer();
             let mut received = vec![0.0; scene.triangles.len()];
             for emission in emissions(&world, paths) {
@@ -225,9 +225,9 @@ fn plane_mirror_makes_a_virtual_spot() {
     b.spot(DVec3::new(0.0, 1.0, 0.0), axis, angles.0, angles.1, 5.0);
     b.camera(DVec3::new(-0.1, 3.0, 0.3), DVec3::new(-0.1, 0.0, 0.3), 0.45);
     let scene = b.build();
-    let settings = settings(48, 32, 300_000);
+    let config = config(48, 32, 300_000);
     let (virtual_image, mirrored_axis) = (DVec3::new(2.0, 1.0, 0.0), DVec3::new(-axis.x, axis.y, axis.z));
-    let points: Vec<_> = World::new(&scene, &settings).collect().iter().map(|c| c.point.geometry).collect();
+    let points: Vec<_> = World::new(&scene, &config).collect().iter().map(|c| c.point.geometry).collect();
     let irradiance = |p: DVec3| {
         let along = p - virtual_image;
         5.0 * falloff(angles, along.normalize().dot(mirrored_axis).acos()) * virtual_image.y
@@ -238,7 +238,7 @@ fn plane_mirror_makes_a_virtual_spot() {
     let dark = at.iter().filter(|&&value| value == 0.0).count();
     assert!(dark > 100 && dark < at.len() - 400, "the border of the cone is in the image: {dark} are dark");
 
-    let frames = render(&scene, &settings, "photons-grid", None, 0, 10);
+    let frames = render(&scene, &config, "photons-grid", None, 0, 10);
     let measured: Vec<f64> =
         frames.iter().map(|(p, _)| mean_of(&p.caustics) * PI / f64::from(albedo)).collect();
     let (mean, error) = mean_and_error(&measured);
@@ -259,7 +259,7 @@ fn plane_mirror_turns_directional_light() {
     b.camera(DVec3::new(0.0, 0.0, 2.0), DVec3::new(-1.0, 0.0, 0.0), 0.3);
     let scene = b.build();
     assert_eq!(scene.lights[0].kind, Features::DIRECTIONAL_LIGHTS.0);
-    let world = World::new(&scene, &settings(8, 8, 600_000));
+    let world = World::new(&scene, &config(8, 8, 600_000));
     let photons = world.shoot(&world.by_power());
     for half in [0.1, 0.3, 0.45] {
         let one = f64::from(scene.flux.x) / 600_000.0;
@@ -285,7 +285,7 @@ fn glass_sphere_focuses_a_directional_light() {
     b.camera(DVec3::new(0.0, 8.0, 0.0), DVec3::ZERO, 0.5);
     let scene = b.build();
     let paths = 1_000_000;
-    let world = World::new(&scene, &settings(8, 8, paths));
+    let world = World::new(&scene, &config(8, 8, paths));
     let photons = world.shoot(&world.by_power());
     let one = f64::from(scene.flux.x) / f64::from(paths);
     for radius in [0.05, 0.1, 0.2, 0.3, 1.0] {
@@ -325,7 +325,7 @@ fn lights_of_every_kind_share_paths_and_connections() {
     // What reaches the origin: area (8e-4 W/sr at 3 m), point, spot, directional.
     let spot = 0.7 * 0.8_f64.sqrt() / 1.25;
     let irradiance = 2.0 * 4e-4 / 9.0 + 0.1 / 4.0 + spot + 0.05 * 0.8;
-    let world = World::new(&scene, &settings(200, 200, 1));
+    let world = World::new(&scene, &config(200, 200, 1));
     let radiance: Vec<f64> = world.collect().iter().map(|c| f64::from(c.light.radiance.x)).collect();
     near("direct light of all", mean_and_error(&radiance), irradiance * 0.5 / PI, 1e-5);
 

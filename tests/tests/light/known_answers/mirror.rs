@@ -15,7 +15,7 @@ use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
-use super::settings;
+use super::config;
 
 /// O2: a plane mirror makes a virtual light: E = rho I cos / d'^2. Direct light is in `path`, once.
 #[test]
@@ -42,8 +42,8 @@ fn virtual_light(metallic: f32) {
     b.light(DVec3::new(0.0, 1.0, 0.0), intensity);
     b.camera(DVec3::new(-0.2, 3.0, 0.1), DVec3::new(-0.2, 0.0, 0.1), 0.4);
     let scene = b.build();
-    let settings = settings(48, 32, 400_000);
-    let params = World::new(&scene, &settings).params;
+    let config = config(48, 32, 400_000);
+    let params = World::new(&scene, &config).params;
     let on_floor = |pixel| {
         let ray = camera_ray(&params, pixel, &mut Rng::new(Stream::Camera, 0, pixel, 0));
         (ray.origin - ray.direction * (ray.origin.y / ray.direction.y)).as_dvec3()
@@ -60,7 +60,7 @@ fn virtual_light(metallic: f32) {
         direct.push(irradiance(p, light) * f64::from(albedo) / PI);
         mirrored += reflectance * irradiance(p, virtual_image) / points.len() as f64;
     }
-    let frames = render(&scene, &settings, "photons-grid", None, 0, 30);
+    let frames = render(&scene, &config, "photons-grid", None, 0, 30);
     for (image, _) in &frames {
         for (got, want) in image.path.iter().zip(&direct) {
             assert!((f64::from(got.x) / want - 1.0).abs() < 1e-4, "direct light {} {want}", got.x);
@@ -176,7 +176,7 @@ fn compare_views<'a>(seen: &'a [Collected], mirrored: &'a [Option<Collected>]) -
 #[test]
 fn a_mirror_that_is_a_millimetre_off_is_detected() {
     let (scene, mirror) = before_a_mirror();
-    let world = World::new(&scene, &settings(48, 32, 1));
+    let world = World::new(&scene, &config(48, 32, 1));
     let (seen, off) = (world.collect(), mirrored_view(&world, mirror, -0.999));
     let views = compare_views(&seen, &off);
     assert!(views.parted * 10 > views.in_mirror * 9, "{} of {}", views.parted, views.in_mirror);
@@ -186,7 +186,7 @@ fn a_mirror_that_is_a_millimetre_off_is_detected() {
 #[test]
 fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
     let (scene, mirror) = before_a_mirror();
-    let world = World::new(&scene, &settings(96, 64, 40_000));
+    let world = World::new(&scene, &config(96, 64, 40_000));
     let seen = world.collect();
     let mirrored = mirrored_view(&world, mirror, -1.0);
     let shorter = caustics_kernels::interface::frame::FrameParams {

@@ -3,8 +3,7 @@
 use super::*;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
-use caustics_kernels::gather::variant;
-use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_tests::direct::mean_of;
 use caustics_tests::gpu::gpu;
 use serde_json::{Value, json};
@@ -103,11 +102,16 @@ const FRAMES: u32 = 16;
 
 /// Sums of the path-traced light and of the caustics.
 fn means(scene: &Scene, choice: &RunnerChoice) -> [f64; 2] {
-    let settings = settings(64, 48, 60_000);
-    let features = scene.features(settings.specular_roughness);
-    let gather = variant::find("photons-grid").unwrap();
-    let mut session =
-        Session::new(choice, scene, &scene.cameras[0], &settings, &BASIC, gather, features).unwrap();
+    let config = config(64, 48, 60_000);
+    let features = scene.features(config.specular_roughness);
+    let mut session = Session::new(
+        choice,
+        scene,
+        &scene.cameras[0],
+        &RenderConfig { gather: Some(&PHOTONS_GRID), ..config.clone() },
+        features,
+    )
+    .unwrap();
     let mut sums = [0.0; 2];
     for frame in 0..FRAMES {
         session.frame(frame).unwrap();
@@ -165,8 +169,8 @@ fn a_plain_of_any_size_is_lit_as_a_small_one_on_a_gpu() {
 fn a_huge_plain_does_not_depend_on_the_unit_of_length() {
     let frame = |scale: f64| {
         let scene = plain(2e5, 37.0, scale);
-        let settings = settings(64, 48, 20_000);
-        let image = caustics_tests::direct::render(&scene, &settings, "photons-grid", None, 0, 1).remove(0).0;
+        let config = config(64, 48, 20_000);
+        let image = caustics_tests::direct::render(&scene, &config, "photons-grid", None, 0, 1).remove(0).0;
         (scene.triangles.len(), image.path, image.caustics)
     };
     let plain = frame(1.0);

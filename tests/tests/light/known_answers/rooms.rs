@@ -1,7 +1,7 @@
 //! Rooms whose light is known everywhere.
 
 use caustics::counters::Counters;
-use caustics::settings::{Radius, Settings};
+use caustics::render_config::{Radius, RenderConfig};
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
@@ -9,7 +9,7 @@ use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 
-use super::{near, settings};
+use super::{config, near};
 
 /// No caster: the caustic layer is exactly zero and no light path is shot, whatever the needs.
 #[test]
@@ -17,7 +17,7 @@ fn plain_room_has_no_caustic_and_shoots_no_light_path() {
     let scene = committed("plain-room");
     for features in [None, Some(Features::ALL)] {
         let (image, counters) =
-            render(&scene, &settings(96, 54, 100_000), "photons-grid", features, 0, 1).remove(0);
+            render(&scene, &config(96, 54, 100_000), "photons-grid", features, 0, 1).remove(0);
         assert!(image.caustics.iter().all(|&value| value == Vec3::ZERO));
         assert!(image.photons.iter().all(|&count| count == 0.0));
         for counter in [Counter::LightPaths, Counter::LightRays, Counter::Photons, Counter::Gathered] {
@@ -42,8 +42,8 @@ fn lossless_things_in_a_uniform_room_are_invisible() {
     b.panel(thin, DVec3::new(0.3, 0.5, 0.2), 0.3 * DVec3::X, DVec3::new(0.0, 0.2, 0.2));
     b.camera(DVec3::new(0.0, 0.1, 0.95), DVec3::new(0.0, -0.1, 0.0), 1.0);
     let scene = b.build();
-    let settings = Settings { max_bounces: 20, radius: Radius::Px(0.3), ..settings(64, 48, 100_000) };
-    let frames = render(&scene, &settings, "photons-grid", None, 0, 10);
+    let config = RenderConfig { max_bounces: 20, radius: Radius::Px(0.3), ..config(64, 48, 100_000) };
+    let frames = render(&scene, &config, "photons-grid", None, 0, 10);
     let sums: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.path) + mean_of(&p.caustics)).collect();
     let caustics: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.caustics)).collect();
     println!("caustic part {:.4}", mean_and_error(&caustics).0);
@@ -63,8 +63,8 @@ fn paths_in_a_coloured_room_end_by_chance_and_lose_nothing() {
     let wall = b.material(Material { emission: Vec3::ONE, base_color, ..lambert(1.0) });
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
     b.camera(DVec3::new(0.0, 0.1, 0.95), DVec3::new(0.0, -0.1, 0.0), 1.0);
-    let settings = Settings { max_bounces: BOUNCES, ..settings(64, 48, 0) };
-    let frames = render(&b.build(), &settings, "photons-grid", None, 0, 20);
+    let config = RenderConfig { max_bounces: BOUNCES, ..config(64, 48, 0) };
+    let frames = render(&b.build(), &config, "photons-grid", None, 0, 20);
 
     for (channel, albedo) in albedo.into_iter().enumerate() {
         let mean = |path: &[Vec3]| {
@@ -93,8 +93,8 @@ fn coarse_smooth_things_in_a_glowing_room_have_no_dark_dashes() {
         b.sphere(thing, DVec3::new(-0.7, 0.0, 0.0), 0.6, 12, 6);
         b.smooth_block(thing, DVec3::new(0.7, 0.0, 0.0), 0.5);
         b.camera(DVec3::new(0.0, 0.9, 1.9), DVec3::ZERO, 1.0);
-        let settings = Settings { max_bounces: 40, ..settings(128, 96, 1) };
-        let (image, _) = render(&b.build(), &settings, "photons-grid", None, 0, 1).remove(0);
+        let config = RenderConfig { max_bounces: 40, ..config(128, 96, 1) };
+        let (image, _) = render(&b.build(), &config, "photons-grid", None, 0, 1).remove(0);
         let total = image.path.len() as f64;
         let dark = image.path.iter().filter(|v| v.x < 0.5).count() as f64 / total;
         println!("{name}: mean {:.5}, dark pixels {dark:.5}", mean_of(&image.path));
@@ -121,8 +121,8 @@ fn glass_in_a_black_glowing_room_shows_its_radiance_in_every_pixel() {
     b.sphere(ball, DVec3::ZERO, 0.5, 128, 64);
     b.camera(DVec3::new(0.0, 0.0, 0.95), DVec3::ZERO, 1.0);
     let scene = b.build();
-    let settings = Settings { max_bounces: 40, ..settings(128, 96, 1) };
-    let (image, _) = render(&scene, &settings, "photons-grid", None, 0, 1).remove(0);
+    let config = RenderConfig { max_bounces: 40, ..config(128, 96, 1) };
+    let (image, _) = render(&scene, &config, "photons-grid", None, 0, 1).remove(0);
     let total = image.path.len() as f64;
     let off = image.path.iter().filter(|v| (v.x - 1.0).abs() > 1e-4).count() as f64 / total;
     println!("mean {:.6}, pixels off by more than 1e-4: {:.5}", mean_of(&image.path), off);

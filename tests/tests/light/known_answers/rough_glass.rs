@@ -1,7 +1,7 @@
 //! Rough glass in scenes: light found through it by connections and by refraction, and absorbed behind it.
 
+use caustics::render_config::{Radius, RenderConfig};
 use caustics::scene::Scene;
-use caustics::settings::{Radius, Settings};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
@@ -20,11 +20,11 @@ use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 
-use super::{near, settings};
+use super::{config, near};
 
 /// Mean of the path layer over the pixels, with its standard error.
 fn seen(scene: &Scene, side: u32, max_bounces: u32) -> (f64, f64) {
-    let world = World::new(scene, &Settings { max_bounces, ..settings(side, side, 1) });
+    let world = World::new(scene, &RenderConfig { max_bounces, ..config(side, side, 1) });
     let values: Vec<f64> = world.collect().iter().map(|c| f64::from(c.light.radiance.x)).collect();
     mean_and_error(&values)
 }
@@ -132,13 +132,13 @@ fn the_class_of_rough_glass_moves_light_between_layers_only() {
     b.camera(DVec3::new(0.0, 0.3, 0.95), DVec3::new(0.0, -0.6, 0.0), 1.0);
     let scene = b.build();
     let means = |specular_roughness: f32| {
-        let settings = Settings {
+        let config = RenderConfig {
             specular_roughness,
             radius: Radius::Px(0.5),
             max_bounces: 6,
-            ..settings(64, 48, 100_000)
+            ..config(64, 48, 100_000)
         };
-        let frames = render(&scene, &settings, "photons-grid", None, 0, 24);
+        let frames = render(&scene, &config, "photons-grid", None, 0, 24);
         let caustics: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.caustics)).collect();
         let path: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.path)).collect();
         let sum: Vec<f64> = caustics.iter().zip(&path).map(|(a, b)| a + b).collect();
@@ -192,7 +192,7 @@ fn weights_of_paths_through_white_rough_glass_do_not_grow() {
         b.sphere(frosted, DVec3::ZERO, 1.0, 96, 48);
         b.camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.3);
         let scene = b.build();
-        let mut world = World::new(&scene, &Settings { max_bounces: 64, ..settings(128, 128, 20_000) });
+        let mut world = World::new(&scene, &RenderConfig { max_bounces: 64, ..config(128, 128, 20_000) });
         // The scene has no light to take the unit from.
         world.params.quantum = 2.0f32.powi(-40);
         let (mut tracer, mut tally, mut escapes) = (world.tracer(), Tally::default(), Escapes::default());

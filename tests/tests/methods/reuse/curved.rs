@@ -1,11 +1,11 @@
 //! Histories in curved mirrors and through glass, where the eye sees a virtual image of a point: by it a point finds itself in the
 //! image of the frame before, though the eye moved.
 
-use caustics::settings::Paths;
+use caustics::render_config::Paths;
 use std::ops::Range;
 
+use caustics::render_config::RenderConfig;
 use caustics::scene::{Scene, SceneCamera};
-use caustics::settings::Settings;
 use caustics_kernels::history::window::{project, seen_from};
 use caustics_kernels::history::{History, NONE, PAPER, VALIDATED};
 use caustics_kernels::interface::history::Reprojected;
@@ -67,9 +67,13 @@ struct Given {
 }
 
 fn given(scene: &Scene, history: &'static History, frames: Range<u32>, light_paths: u32) -> Given {
-    let settings =
-        Settings { width: 96, height: 96, light_paths: Paths::Count(light_paths), ..Settings::default() };
-    let mut session = Frames::new(scene, &settings, history);
+    let config = RenderConfig {
+        width: 96,
+        height: 96,
+        light_paths: Paths::Count(light_paths),
+        ..RenderConfig::default()
+    };
+    let mut session = Frames::new(scene, &config, history);
     session.next = frames.start;
     let mut layer = Vec::new();
     for frame in frames {
@@ -94,8 +98,9 @@ fn the_image_in_a_ball_is_where_the_mirror_equation_says() {
     let mut scene = room(metal(0.9, 0.0), ball);
     scene.cameras[0] =
         SceneCamera::look_at("main", Vec3::new(0.0, 0.0, 2.3), Vec3::new(0.002, 0.003, 0.0), Vec3::Y, 0.02);
-    let settings = Settings { width: 9, height: 9, light_paths: Paths::Count(100), ..Settings::default() };
-    let mut frames = Frames::new(&scene, &settings, &VALIDATED);
+    let config =
+        RenderConfig { width: 9, height: 9, light_paths: Paths::Count(100), ..RenderConfig::default() };
+    let mut frames = Frames::new(&scene, &config, &VALIDATED);
     frames.render();
     let points: Vec<PointGeometry> = frames.session.read("point_geometry").unwrap();
     let shading: Vec<PointShading> = frames.session.read("point_shading").unwrap();
@@ -144,10 +149,11 @@ fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
 /// Positions of today's points in the image of the frame before, by their virtual images and by where that image's own points are:
 /// sorted distances (px) between the two.
 fn misses(scene: &Scene) -> Vec<f32> {
-    let settings = Settings { width: 96, height: 96, light_paths: Paths::Count(100), ..Settings::default() };
+    let config =
+        RenderConfig { width: 96, height: 96, light_paths: Paths::Count(100), ..RenderConfig::default() };
     let cameras = [0.0, 1.0].map(|frame| moved(&scene.cameras[0], STEP * frame));
-    let [before, params] = cameras.each_ref().map(|camera| settings.params(scene, camera, 0));
-    let mut frames = Frames::new(scene, &settings, &VALIDATED);
+    let [before, params] = cameras.each_ref().map(|camera| config.params(scene, camera, 0));
+    let mut frames = Frames::new(scene, &config, &VALIDATED);
     let mut read = |camera: &SceneCamera| {
         frames.pose(scene, camera);
         let points: Vec<PointGeometry> = frames.session.read("point_geometry").unwrap();

@@ -9,29 +9,28 @@ use caustics::checkpoint::Identity;
 use caustics::exposure::Exposure;
 use caustics::output::lock;
 use caustics::output::target::TargetError;
+use caustics::render_config::RenderConfig;
 use caustics::rendered_image::Aov;
 use caustics::scene::Scene;
-use caustics::settings::{Paths, Radius, Settings};
 use caustics::shard::Shard;
 use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
-use caustics_kernels::interface::choice::{PathHistory, Sampler, TextureFilter};
-use caustics_kernels::method::Method;
+use caustics_kernels::interface::choice::{PathHistory, Sampler};
 use caustics_kernels::{denoiser, history};
 
 use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
-use crate::command::options::{check_fps, check_scene_files, duration, layer_names, settings};
+use crate::command::options::{self, check_fps, check_scene_files, duration, layer_names};
 
 /// Most frames of a run.
 const MAX_FRAMES: f64 = 1e6;
 
 /// What is to be rendered.
 pub struct AnimationPlan {
-    /// The settings, with history and filter.
-    pub settings: Settings,
-    /// How to render.
-    pub cell: Cell,
+    /// How to render, and the image.
+    pub config: RenderConfig,
+    /// The runner that was asked for, by its name.
+    pub runner: &'static str,
     /// Names of the files.
     pub pattern: Pattern,
     /// Which part of the frames is rendered.
@@ -64,27 +63,27 @@ impl AnimationPlan {
             .into());
         }
         check_fps(*fps)?;
-        let mut cell = parameters.cell()?;
-        if !parameters.has(&HISTORY) && cell.method.supports_history {
-            cell.settings.history = &history::VALIDATED;
+        let Cell { mut config, asked_runner: runner, .. } = parameters.cell()?;
+        if !parameters.has(&HISTORY) && config.method.supports_history {
+            config.history = &history::VALIDATED;
         }
-        if !parameters.has(&PATH_HISTORY) && cell.settings.history.settings.is_some() {
-            cell.settings.path_history = PathHistory::Validated;
+        if !parameters.has(&PATH_HISTORY) && config.history.settings.is_some() {
+            config.path_history = PathHistory::Validated;
         }
-        match cell.settings.path_history {
+        match config.path_history {
             // Longer histories gain more from numbers that are even over frames; they and a denoiser go together.
             PathHistory::Validated if !parameters.has(&DENOISER) => {
-                cell.settings.denoiser = &denoiser::ATROUS;
+                config.denoiser = &denoiser::ATROUS;
             }
             // Frames that nothing connects are looked at one by one.
-            PathHistory::None if !parameters.has(&SAMPLER) => cell.settings.sampler = Sampler::Blue,
+            PathHistory::None if !parameters.has(&SAMPLER) => config.sampler = Sampler::Blue,
             _ => {}
         }
-        let settings = settings(&common.view, &cell, 1)?.for_method(cell.method);
-        let settings = Settings { auxiliary: !common.aov.is_empty(), ..settings };
+        let config = options::config(&common.view, &config, 1)?.with_defaults_of_method();
+        let config = RenderConfig { auxiliary: !common.aov.is_empty(), ..config };
         let mut plan = AnimationPlan {
-            settings,
-            cell,
+            config,
+            runner,
             pattern: Pattern::parse(&common.output)?,
             shard: common.sharding.asked()?,
             frames: options.frames.clone().unwrap_or_default(),
@@ -135,11 +134,6 @@ impl AnimationPlan {
         Ok(())
     }
 
-    /// What a frame consists of.
-    pub fn method(&self) -> &'static Method {
-        self.cell.method
-    }
-
     /// The file of what outlives its frame: each shard has one of its own.
     pub fn state(&self) -> PathBuf {
         let AnimationPlan { pattern, shard, .. } = self;
@@ -153,7 +147,7 @@ impl AnimationPlan {
 
     /// Whether something outlives its frame: then no frame can be rendered without those before it.
     pub fn goes_on(&self) -> bool {
-        self.method().kept(self.cell.parts()).next().is_some()
+        self.config.method.kept(self.config.parts()).next().is_some()
     }
 
     /// Whether the frames are part of those of one run, and no run of their own.
@@ -164,48 +158,11 @@ impl AnimationPlan {
     /// All that decides the bits of every frame, beside what is `shared` with other commands. The last frame is not in it: a
     /// run may grow.
     pub fn identity(&self, shared: Identity) -> Identity {
-        // Neither exposure nor what is in `shared` already.
-        let Settings { width, height, light_paths, max_bounces, radius, specular_roughness, .. } =
-            &self.settings;
-        let Settings {
-            pixel_filter,
-            texture_filter,
-            history,
-            denoiser,
-            emission,
-            caustics,
-            light_sampler,
-            sampler,
-            batches,
-            path_history,
-            fireflies,
-            tiles,
-            ..
-        } = &self.settings;
-        let history_settings = history.settings.map_or("none".into(), |settings| format!("{settings:?}"));
+        let history = self.config.history.settings;
+        let history_settings = history.map_or("none".into(), |settings| format!("{settings:?}"));
         let first = if self.goes_on() { self.frames.start.to_string() } else { "any".into() };
         let own = [
-            ("width", width.to_string()),
-            ("height", height.to_string()),
-            ("tile_count", tiles.map_or("as needed".into(), |tiles| tiles.to_string())),
-            ("light_paths", light_paths.count(*width, *height).to_string()),
-            ("balances", (*light_paths == Paths::Auto).to_string()),
-            ("max_bounces", max_bounces.to_string()),
-            ("radius_px", radius.px().to_string()),
-            ("widens", (*radius == Radius::Auto).to_string()),
-            ("specular_roughness", specular_roughness.to_string()),
-            ("pixel_filter", (*pixel_filter as u32).to_string()),
-            ("texture_filter", texture_filter.map_or("", TextureFilter::name).into()),
-            ("history", history.name.to_string()),
             ("history_settings", history_settings),
-            ("denoiser", denoiser.name.to_string()),
-            ("emission", emission.name.to_string()),
-            ("caustics", caustics.name().to_string()),
-            ("light_sampler", light_sampler.name().to_string()),
-            ("sampler", sampler.name().to_string()),
-            ("batches", batches.to_string()),
-            ("path_history", path_history.name().to_string()),
-            ("fireflies", fireflies.name().to_string()),
             ("aov", layer_names(&self.aov)),
             ("fps", self.fps.to_string()),
             ("first_frame", first),

@@ -172,7 +172,7 @@ impl Run {
         }
         self.session.expose(self.plan.exposure.stops_for(image) as f32);
         let colors = self.session.display(image)?;
-        let bytes = png::encode(self.plan.settings.width, self.plan.settings.height, &colors)?;
+        let bytes = png::encode(self.plan.config.width, self.plan.config.height, &colors)?;
         let path = self.plan.pattern.frame(frame, "png");
         if read_file(&path).is_ok_and(|there| there == bytes) {
             return Ok(());

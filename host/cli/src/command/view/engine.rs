@@ -307,7 +307,8 @@ impl<'a> Engine<'a> {
     }
 
     fn configuration(&self, cell: Cell, size: [u32; 2], averages: bool) -> JobConfiguration {
-        let features = cell.features(&self.edited.scene, self.options.view.specular_roughness);
+        let features =
+            cell.config.features.features(&self.edited.scene, self.options.view.specular_roughness);
         JobConfiguration { cell, size, averages, features }
     }
 

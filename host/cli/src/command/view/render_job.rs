@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use caustics::accumulation::{Accumulation, BATCHES};
 use caustics::energy::EnergyLedger;
+use caustics::render_config::RenderConfig;
 use caustics::runner::RunError;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::SessionError;
-use caustics::settings::Settings;
 use caustics_bench::cell::Cell;
 use caustics_kernels::interface::features::Features;
 
@@ -44,14 +44,14 @@ impl JobConfiguration {
     }
 
     /// The settings of its frames, as those of `render` are.
-    pub fn settings(&self, view: &ImageOptions) -> anyhow::Result<Settings> {
+    pub fn config(&self, view: &ImageOptions) -> anyhow::Result<RenderConfig> {
         let [width, height] = self.size;
         // One frame goes through the centres of its pixels.
         let frames = if self.averages { u32::MAX } else { 1 };
         let view = ImageOptions { width, height, ..view.clone() };
-        let settings = options::settings(&view, &self.cell, frames)?.for_method(self.cell.method);
-        let batches = if self.averages { BATCHES } else { settings.batches };
-        Ok(Settings { batches, ..settings })
+        let config = options::config(&view, &self.cell.config, frames)?.with_defaults_of_method();
+        let batches = if self.averages { BATCHES } else { config.batches };
+        Ok(RenderConfig { batches, ..config })
     }
 }
 
@@ -62,7 +62,7 @@ pub struct RenderJob {
     /// How it renders.
     pub configuration: JobConfiguration,
     /// Its settings.
-    pub settings: Settings,
+    pub config: RenderConfig,
     /// The session, and where it runs.
     pub opened: Opened,
     /// Its frames so far.
@@ -85,15 +85,16 @@ impl RenderJob {
         scene: &Scene,
         camera: &SceneCamera,
     ) -> anyhow::Result<RenderJob> {
-        let settings = configuration.settings(view)?;
-        let opened = opened(&configuration.cell, machine, scene, camera, &settings, configuration.features)?;
-        let sums = Accumulation::in_batches(settings.batches_of_frames());
+        let config = configuration.config(view)?;
+        let JobConfiguration { cell, features, .. } = &configuration;
+        let opened = opened(&config, cell.asked_runner, machine, scene, camera, *features)?;
+        let sums = Accumulation::in_batches(config.batches_of_frames());
         let (report, error) = (RunReport::default(), f64::INFINITY);
         let estimates = Share::new(ESTIMATES, Duration::ZERO);
         Ok(RenderJob {
             key: configuration.key(),
             configuration,
-            settings,
+            config,
             opened,
             sums,
             report,
@@ -112,7 +113,7 @@ impl RenderJob {
     pub fn restart(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
         self.opened.session.pose(scene, camera)?;
         self.opened.session.restart()?;
-        self.sums = Accumulation::in_batches(self.settings.batches_of_frames());
+        self.sums = Accumulation::in_batches(self.config.batches_of_frames());
         self.report = RunReport::default();
         self.error = f64::INFINITY;
         self.frames = 0;

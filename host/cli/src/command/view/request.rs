@@ -218,7 +218,7 @@ impl ViewRequest {
         let cell = self.cells.get_mut(usize::from(side)).ok_or("there are two sides, 0 and 1")?;
         let mut changed = cell.clone();
         parameter.set(&mut changed, value).map_err(|wrong| format!("{}: {wrong}", parameter.head))?;
-        check_rays(&changed, self.size[0], self.size[1])?;
+        check_rays(&changed.config, self.size[0], self.size[1])?;
         *cell = changed;
         Ok(())
     }
@@ -227,7 +227,7 @@ impl ViewRequest {
         let [width, height] = size;
         check_size(width, height)?;
         for cell in &self.cells {
-            check_rays(cell, width, height)?;
+            check_rays(&cell.config, width, height)?;
         }
         self.size = size;
         Ok(())

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use caustics::output::exr;
+use caustics::render_config::Paths;
 use caustics::scene::{CameraChoice, Recorded, Scene};
-use caustics::settings::Paths;
 use caustics::shell;
 use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{HISTORY, PARAMETERS, PATH_HISTORY, PATHS_PER_PIXEL, Parameter, RUNNER};
@@ -19,10 +19,9 @@ use crate::command::identity::{attributes, end, identity};
 
 /// The EXR file of what a render job has summed: that of `render`, byte for byte but for the seconds that it took.
 pub fn exr(job: &RenderJob, scene: &Scene, camera: &str, file: &Path) -> anyhow::Result<Vec<u8>> {
-    let RenderJob { opened, settings, sums, configuration, report, .. } = job;
+    let RenderJob { opened, config, sums, report, .. } = job;
     let session = &opened.session;
-    let identity =
-        identity(scene, camera, settings, configuration.cell.method, opened.gather, &opened.choice, session);
+    let identity = identity(scene, camera, config, opened.gather, &opened.choice, session);
     let mut attributes = attributes(identity, file, session);
     end(&mut attributes, sums.frames(), report.wall.as_secs_f64());
     let variance = sums.variance().map(|variance| (variance, sums.frames()));
@@ -137,7 +136,7 @@ pub fn command(kept: &[String], request: &ViewRequest, cell: &Cell, shot: &Shot<
 
 /// The option of a parameter and its value; none where it is the usual one, or `render` does not have it.
 fn spelled(parameter: &'static Parameter, cell: &Cell) -> Option<(String, String)> {
-    let value = match (parameter, cell.settings.light_paths) {
+    let value = match (parameter, cell.config.light_paths) {
         (parameter, _) if [&HISTORY, &PATH_HISTORY].contains(&parameter) => return None,
         (parameter, _) if *parameter == RUNNER => cell.asked_runner.into(),
         (parameter, Paths::Count(count)) if *parameter == PATHS_PER_PIXEL => {

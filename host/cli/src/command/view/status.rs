@@ -1,7 +1,7 @@
 //! What the renderer says of itself to the pages, in JSON.
 
+use caustics::render_config::Paths;
 use caustics::scene::{CameraChoice, Scene, SceneCamera};
-use caustics::settings::Paths;
 use caustics_bench::parameter::{PARAMETERS, PATHS_PER_PIXEL, RUNNER};
 use serde_json::{Value, json};
 
@@ -82,7 +82,7 @@ fn values(request: &ViewRequest, side: usize) -> Value {
     PARAMETERS
         .into_iter()
         .map(|parameter| {
-            let value = match cell.settings.light_paths {
+            let value = match cell.config.light_paths {
                 _ if *parameter == RUNNER => cell.asked_runner.into(),
                 Paths::PerPixel(paths) if *parameter == PATHS_PER_PIXEL => paths.to_string(),
                 _ => parameter.get(cell),
@@ -110,7 +110,7 @@ fn job_status(job: &RenderJob) -> Value {
     let [width, height] = job.configuration.size;
     json!({
         "device": job.opened.session.device(), "why": job.opened.reason, "gather": job.opened.gather,
-        "method": job.configuration.cell.method.name, "size": job.configuration.size, "frames": job.report.frames(),
+        "method": job.configuration.cell.config.method.name, "size": job.configuration.size, "frames": job.report.frames(),
         "frame_ms": job.report.frame_ms(), "pass_ms": job.report.pass_ms(),
         "rates": job.report.rates(u64::from(width) * u64::from(height)), "counters": job.report.counters,
         "warnings": job.report.counters.warnings(), "light_paths": job.report.light_paths(),

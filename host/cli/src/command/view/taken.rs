@@ -38,7 +38,7 @@ pub fn take(bytes: &[u8]) -> usize {
         let line = String::from_utf8_lossy(line);
         let [width, height] = request.size;
         assert!(check_size(width, height).is_ok(), "{line}");
-        assert!(request.cells.iter().all(|cell| check_rays(cell, width, height).is_ok()), "{line}");
+        assert!(request.cells.iter().all(|cell| check_rays(&cell.config, width, height).is_ok()), "{line}");
         assert!(request.nodes.len() <= MAX_EDITS && request.time.is_finite(), "{line}");
         assert!(RATES.contains(&request.target_fps), "{line}");
     }

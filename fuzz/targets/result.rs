@@ -1,4 +1,4 @@
-//! The JSON of a cell's result: whatever the bytes, there is an answer.
+//! The JSON of a result: whatever the bytes, there is an answer.
 
 #![no_main]
 

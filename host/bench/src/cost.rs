@@ -20,10 +20,10 @@ use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::cell::Cell;
 use super::memory::memory;
 use super::plan::MeasurementPlan;
 use super::record::FrameRecord;
+use super::run_config::RunConfig;
 use caustics::scene::Scene;
 use caustics_kernels::history;
 use caustics_kernels::method::frame::work;
@@ -43,17 +43,17 @@ pub struct Cost {
     pub expected_ms: Option<f64>,
 }
 
-/// Costs of the passes of a cell that the model knows, of its records; `hits_per_s` is the rate of the tracer alone. None
-/// where the plan's camera is not there.
+/// Costs of the passes of a run configuration that the model knows, of its records; `hits_per_s` is the rate of the tracer
+/// alone. None where the plan's camera is not there.
 pub fn costs(
     plan: &MeasurementPlan,
     scene: &Scene,
-    cell: &Cell,
+    run: &RunConfig,
     records: &[&FrameRecord],
     hits_per_s: f64,
 ) -> Option<BTreeMap<String, Cost>> {
-    let without_history = memory(plan, &cell.clone().with(|config| config.history = &history::NONE), scene)?;
-    let memory = memory(plan, cell, scene)?;
+    let without_history = memory(plan, &run.clone().with(|config| config.history = &history::NONE), scene)?;
+    let memory = memory(plan, run, scene)?;
     let frames = records.len() as f64;
     let count = |name: &str| records.iter().filter_map(|record| record.get(name)).sum::<f64>() / frames;
     let ms = |kind: Work| {

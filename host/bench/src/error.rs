@@ -1,7 +1,7 @@
-//! How far a frame is from its reference, and how much more than it a cell flickers: measures, a row each.
+//! How far a frame is from its reference, and how much more it flickers than the reference: measures, a row each.
 //!
 //! Each measure is taken of the whole image, and of the caustics: `relmse_caustics` of that layer alone, `flip_caustics`
-//! and `flicker_caustics` of the reference's path-traced light under the cell's caustics, which shows a person nothing but
+//! and `flicker_caustics` of the reference's path-traced light under the measured caustics, which shows a person nothing but
 //! the error of the caustics. FLIP is `flip_ldr` of `caustics compare`.
 //!
 //! To add a measure: a function of [`Seen`] and a row of [`MEASURES`]; results, CSV, `bench` and the report loop over it.
@@ -211,7 +211,7 @@ pub static CAUSTICS_VARIANCE: Measure = Measure {
     },
 };
 
-/// A frame of a cell, once a seed, beside the reference.
+/// A frame of a run configuration, once a seed, beside the reference.
 pub struct Seen<'a> {
     /// The images of the seeds.
     pub now: &'a [MeasuredImage],

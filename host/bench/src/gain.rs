@@ -24,8 +24,8 @@ pub fn mean_variance(images: &[&[Vec3]]) -> Option<f64> {
 }
 
 /// Variance without a history over that with one; None where an image has no noise.
-pub fn gain(of_none: f64, of_cell: f64) -> Option<f64> {
-    let gain = of_none / of_cell;
+pub fn gain(of_none: f64, of_history: f64) -> Option<f64> {
+    let gain = of_none / of_history;
     (gain.is_finite() && gain > 0.0).then_some(gain)
 }
 
@@ -52,10 +52,10 @@ mod tests {
 
     #[test]
     fn a_known_ratio_of_variances_is_found() {
-        let (of_none, of_cell) = (variance(0, 0.9), variance(100, 0.1));
+        let (of_none, of_history) = (variance(0, 0.9), variance(100, 0.1));
         // Relative standard error of a uniform's variance from 3 * 12000 degrees of freedom: below 1 %.
         assert!((of_none / 0.9 - 1.0).abs() < 0.03, "{of_none}");
-        let found = gain(of_none, of_cell).unwrap();
+        let found = gain(of_none, of_history).unwrap();
         assert!((found / 9.0 - 1.0).abs() < 0.04, "{found}");
         assert!(
             (gain(of_none, variance(200, 0.2)).unwrap() / 9.0 - 1.0).abs() > 0.3,

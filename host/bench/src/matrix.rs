@@ -1,10 +1,10 @@
-//! A matrix: lists of values of the parameters, of which all combinations are cells.
+//! A matrix: lists of values of the parameters, of which all combinations are run configurations.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::cell::{Cell, runner_name};
-use super::cell_parameters::name_all;
 use super::parameter::{PARAMETERS, Parameter, RUNNER};
+use super::run_config::{RunConfig, runner_name};
+use super::run_parameters::name_all;
 use caustics::session::RunnerChoice;
 
 /// Values of the parameters; a parameter without any has its usual one.
@@ -13,11 +13,11 @@ pub struct Matrix {
     lists: BTreeMap<&'static str, Vec<String>>,
 }
 
-/// Cells of a matrix.
+/// Run configurations of a matrix.
 #[derive(Clone, Debug, Default)]
-pub struct Cells {
+pub struct RunConfigs {
     /// Each once, named.
-    pub cells: Vec<Cell>,
+    pub runs: Vec<RunConfig>,
     /// What cannot be, a line each.
     pub skipped: Vec<String>,
 }
@@ -49,58 +49,58 @@ impl Matrix {
         self.lists.values().fold(1, |count: u64, list| count.saturating_mul(list.len() as u64))
     }
 
-    /// The cells; `runner` finds the runner of a name. Runners vary slowest, since the cells of a runner take turns, and
-    /// methods fastest.
+    /// The run configurations; `runner` finds the runner of a name. Runners vary slowest, since the configurations of a
+    /// runner take turns, and methods fastest.
     ///
     /// # Errors
     /// Why a runner is not there.
-    pub fn cells(
+    pub fn runs(
         &self,
         runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
-    ) -> anyhow::Result<Cells> {
-        let mut cells = vec![Cell::new(&caustics_kernels::method::basic::BASIC)];
+    ) -> anyhow::Result<RunConfigs> {
+        let mut runs = vec![RunConfig::new(&caustics_kernels::method::basic::BASIC)];
         let others = PARAMETERS.into_iter().rev().filter(|parameter| **parameter != RUNNER);
         for parameter in std::iter::once(&RUNNER).chain(others) {
             let mut more = Vec::new();
             let mut seen = BTreeSet::new();
             let mut values = self.values(parameter);
             values.retain(|value| seen.insert(*value));
-            for cell in &cells {
+            for run in &runs {
                 for value in &values {
-                    let mut cell = cell.clone();
-                    parameter.set(&mut cell, value).map_err(anyhow::Error::msg)?;
-                    more.push(cell);
+                    let mut run = run.clone();
+                    parameter.set(&mut run, value).map_err(anyhow::Error::msg)?;
+                    more.push(run);
                 }
             }
-            cells = more;
+            runs = more;
         }
-        let mut all = Cells::default();
-        for cell in cells {
-            let runner = runner(cell.asked_runner)?;
-            let gather = cell.config.gather.unwrap_or_else(|| runner.default_gather());
-            let cell = Cell { runner, ..cell }.with(|config| config.gather = Some(gather)).effective();
-            if let Some(gather) = cell.config.gather.filter(|gather| gather.hardware)
-                && !cell.runner.has_ray_queries()
+        let mut all = RunConfigs::default();
+        for run in runs {
+            let runner = runner(run.asked_runner)?;
+            let gather = run.config.gather.unwrap_or_else(|| runner.default_gather());
+            let run = RunConfig { runner, ..run }.with(|config| config.gather = Some(gather)).effective();
+            if let Some(gather) = run.config.gather.filter(|gather| gather.hardware)
+                && !run.runner.has_ray_queries()
             {
-                let (gather, runner) = (gather.name, runner_name(&cell.runner));
+                let (gather, runner) = (gather.name, runner_name(&run.runner));
                 let line = format!("gather {gather} needs ray queries, and {runner} has none: skipped");
                 if !all.skipped.contains(&line) {
                     all.skipped.push(line);
                 }
                 continue;
             }
-            all.cells.push(cell);
+            all.runs.push(run);
         }
-        keep_one_of_each(&mut all.cells);
-        name_all(&mut all.cells);
+        keep_one_of_each(&mut all.runs);
+        name_all(&mut all.runs);
         Ok(all)
     }
 }
 
-/// Leaves the first of cells that render the same.
-pub fn keep_one_of_each(cells: &mut Vec<Cell>) {
+/// Keeps the first of the run configurations that render the same.
+pub fn keep_one_of_each(runs: &mut Vec<RunConfig>) {
     let mut seen = BTreeSet::new();
-    cells.retain(|cell| seen.insert(cell.key()));
+    runs.retain(|run| seen.insert(run.key()));
 }
 
 #[cfg(test)]
@@ -130,36 +130,36 @@ mod tests {
         matrix
     }
 
-    fn cells(matrix: &Matrix) -> Cells {
-        matrix.cells(&mut |_| Ok(RunnerChoice::Cpu { threads: 0 })).unwrap()
+    fn runs(matrix: &Matrix) -> RunConfigs {
+        matrix.runs(&mut |_| Ok(RunnerChoice::Cpu { threads: 0 })).unwrap()
     }
 
     #[test]
     fn every_combination_is_there_once() {
         let gathers: Vec<_> = variant::ALL.iter().map(|gather| gather.name).collect();
-        let Cells { cells, skipped } = cells(&matrix(&gathers));
+        let RunConfigs { runs, skipped } = runs(&matrix(&gathers));
         let software = variant::ALL.iter().filter(|gather| !gather.hardware).count();
         let basic = software * history::ALL.len() * denoiser::ALL.len() * 2 * 2 * 2;
         // The path tracer knows but the features.
-        assert_eq!(cells.len(), basic + 2);
+        assert_eq!(runs.len(), basic + 2);
         assert_eq!(skipped.len(), variant::ALL.len() - software);
-        let mut names: Vec<&str> = cells.iter().map(|cell| cell.name.as_str()).collect();
+        let mut names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), cells.len(), "names are told apart");
+        assert_eq!(names.len(), runs.len(), "names are told apart");
     }
 
     #[test]
     fn a_gather_that_no_runner_has_leaves_the_methods_without_one() {
         let hardware: Vec<_> =
             variant::ALL.iter().filter(|gather| gather.hardware).map(|gather| gather.name).collect();
-        let Cells { cells: left, skipped } = cells(&matrix(&hardware));
-        assert!(left.iter().all(|cell| cell.config.method.name == "path"), "{left:?}");
+        let RunConfigs { runs: left, skipped } = runs(&matrix(&hardware));
+        assert!(left.iter().all(|run| run.config.method.name == "path"), "{left:?}");
         assert!(!skipped.is_empty());
         let mut alone = Matrix::default();
         alone.add(&METHOD, "path").unwrap();
         alone.add(&GATHER, "points-rt").unwrap();
-        assert!(cells(&alone).skipped.is_empty(), "nothing was asked for that is not there");
+        assert!(runs(&alone).skipped.is_empty(), "nothing was asked for that is not there");
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! Renders the frames of all cells, frame by frame, and measures each.
+//! Renders the frames of all run configurations, frame by frame, and measures each.
 //!
-//! Within a frame the cells take turns, and the order of the turns rotates from frame to frame, so that what disturbs the
-//! machine for a while hits all alike. A cell has a session for each seed; the first one's time counts. Where there are
-//! references, all seeds render every frame, and the frames that the plan compares are measured.
+//! Within a frame the run configurations take turns, and the order of the turns rotates from frame to frame, so that what
+//! disturbs the machine for a while hits all alike. A configuration has a session for each seed; the first one's time
+//! counts. Where there are references, all seeds render every frame, and the frames that the plan compares are measured.
 
 use std::time::Instant;
 
@@ -10,21 +10,21 @@ use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::point::PointGeometry;
 use glam::Vec3;
 
-use super::cell::Cell;
 use super::error::{MEASURES, MeasuredImage, Seen};
 use super::identity;
 use super::plan::MeasurementPlan;
 use super::record::FrameRecord;
 use super::reference::References;
+use super::run_config::RunConfig;
 use caustics::metric::error_map::ErrorMap;
 use caustics::render_config::RenderConfig;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::Session;
 
-/// A cell under way.
-struct Run {
-    cell: Cell,
+/// A run configuration under way.
+struct ActiveRun {
+    run: RunConfig,
     sessions: Vec<Session>,
     /// The frame before, of each seed.
     before: Vec<MeasuredImage>,
@@ -37,7 +37,7 @@ struct MeasuredReference {
     measured: MeasuredImage,
 }
 
-/// The last frame of a cell that was compared with a reference: display colours, the first seed's.
+/// The last frame of a run configuration that was compared with a reference: display colours of the first seed.
 #[derive(Clone, Debug)]
 pub struct ComparedFrame {
     /// The image.
@@ -48,7 +48,7 @@ pub struct ComparedFrame {
     pub error_map: Option<Vec<Vec3>>,
 }
 
-/// What is left of a cell beside its records.
+/// What is left of a run configuration beside its records.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Device and driver.
@@ -57,25 +57,25 @@ pub struct Outcome {
     pub shown: Option<ComparedFrame>,
 }
 
-/// Measures every frame of some cells and hands the records of each frame to `each`. What is left of the cells, in their
-/// order; none where it was stopped.
+/// Measures every frame of some run configurations and hands the records of each frame to `each`. What is left of the
+/// configurations, in their order; none where it was stopped.
 ///
 /// # Errors
 /// A session that cannot be opened, a frame that fails, a reference that is not there.
 pub fn measure(
     plan: &MeasurementPlan,
     scene: &Scene,
-    cells: &[Cell],
+    runs: &[RunConfig],
     references: Option<&References>,
     stopped: &dyn Fn() -> bool,
     each: &mut dyn FnMut(Vec<FrameRecord>) -> anyhow::Result<()>,
 ) -> anyhow::Result<Option<Vec<Outcome>>> {
     let mut scene = identity::posed(scene, plan.time_of(plan.frames.start))?;
-    let mut runs: Vec<Run> = cells.iter().map(|cell| open(plan, &scene, cell)).collect::<Result<_, _>>()?;
+    let mut all: Vec<ActiveRun> = runs.iter().map(|run| open(plan, &scene, run)).collect::<Result<_, _>>()?;
     // With random numbers of their own: what learns would see the same frame twice.
     for warm_up in 0..plan.warm_up {
         scene.pose(plan.time_of(plan.frames.start))?;
-        for session in runs.iter_mut().flat_map(|run| &mut run.sessions) {
+        for session in all.iter_mut().flat_map(|active| &mut active.sessions) {
             session.pose(&scene, scene.camera(Some(&plan.camera))?)?;
             session.frame(plan.frames.end.saturating_add(warm_up))?;
         }
@@ -88,27 +88,27 @@ pub fn measure(
         let start = Instant::now();
         scene.pose(plan.time_of(frame))?;
         let animate_ms = ms(start);
-        let mut records = vec![FrameRecord::default(); runs.len()];
-        for turn in 0..runs.len() {
-            let index = (turn + count) % runs.len();
-            let run = &mut runs[index];
+        let mut records = vec![FrameRecord::default(); all.len()];
+        for turn in 0..all.len() {
+            let index = (turn + count) % all.len();
+            let active = &mut all[index];
             records[index] = FrameRecord {
                 frame,
-                cell: run.cell.name.clone(),
+                run: active.run.name.clone(),
                 values: [("turn".to_string(), turn as f64)].into(),
             };
-            render(plan, &scene, run, &mut records[index], animate_ms)?;
+            render(plan, &scene, active, &mut records[index], animate_ms)?;
         }
         if let Some(references) = references {
-            for session in runs.iter_mut().flat_map(|run| run.sessions.iter_mut().skip(1)) {
+            for session in all.iter_mut().flat_map(|active| active.sessions.iter_mut().skip(1)) {
                 session.pose(&scene, scene.camera(Some(&plan.camera))?)?;
                 session.frame(frame)?;
             }
             if plan.compares(frame) {
                 let image = references.load(frame)?;
                 let reference = MeasuredReference { measured: MeasuredImage::new(&image, &image), image };
-                for (run, record) in runs.iter_mut().zip(&mut records) {
-                    compare(plan, run, record, &reference, reference_before.as_ref())?;
+                for (active, record) in all.iter_mut().zip(&mut records) {
+                    compare(plan, active, record, &reference, reference_before.as_ref())?;
                 }
                 reference_before = Some(reference.measured);
             } else {
@@ -118,33 +118,32 @@ pub fn measure(
         }
         each(records)?;
     }
-    let outcome = |run: Run| {
-        let device = run.sessions.first().map(Session::device).unwrap_or_default();
-        Outcome { device, shown: run.shown }
+    let outcome = |active: ActiveRun| {
+        let device = active.sessions.first().map(Session::device).unwrap_or_default();
+        Outcome { device, shown: active.shown }
     };
-    Ok(Some(runs.into_iter().map(outcome).collect()))
+    Ok(Some(all.into_iter().map(outcome).collect()))
 }
 
-fn open(plan: &MeasurementPlan, scene: &Scene, cell: &Cell) -> anyhow::Result<Run> {
+fn open(plan: &MeasurementPlan, scene: &Scene, run: &RunConfig) -> anyhow::Result<ActiveRun> {
     let camera = scene.camera(Some(&plan.camera))?;
     let session = |seed| {
-        let config =
-            RenderConfig { seed: plan.config.seed + seed, ..cell.config.with_image_of(&plan.config) };
-        Session::new(&cell.runner, scene, camera, &config, config.features(scene))
+        let config = RenderConfig { seed: plan.config.seed + seed, ..run.config.with_image_of(&plan.config) };
+        Session::new(&run.runner, scene, camera, &config, config.features(scene))
     };
     let sessions: Vec<Session> = (0..plan.seeds).map(session).collect::<Result<_, _>>()?;
-    Ok(Run { cell: cell.clone(), sessions, before: Vec::new(), shown: None })
+    Ok(ActiveRun { run: run.clone(), sessions, before: Vec::new(), shown: None })
 }
 
 /// Renders the frame with the first seed: times and counters.
 fn render(
     plan: &MeasurementPlan,
     scene: &Scene,
-    run: &mut Run,
+    active: &mut ActiveRun,
     record: &mut FrameRecord,
     animate_ms: f64,
 ) -> anyhow::Result<()> {
-    let Some(session) = run.sessions.first_mut() else { return Ok(()) };
+    let Some(session) = active.sessions.first_mut() else { return Ok(()) };
     let start = Instant::now();
     session.pose(scene, scene.camera(Some(&plan.camera))?)?;
     let pose_ms = ms(start);
@@ -170,7 +169,7 @@ fn render(
         record.set(name, Some(counters.get(counter) as f64));
     }
     // Read once: it takes time between the turns.
-    if plan.time && record.frame + 1 == plan.frames.end && run.cell.config.method.gathers {
+    if plan.time && record.frame + 1 == plan.frames.end && active.run.config.method.gathers {
         let points: Vec<PointGeometry> = session.read("point_geometry")?;
         record.set("points", Some(points.iter().filter(|point| point.exists()).count() as f64));
     }
@@ -180,33 +179,40 @@ fn render(
 /// Measures the errors of the frame that the sessions have rendered.
 fn compare(
     plan: &MeasurementPlan,
-    run: &mut Run,
+    active: &mut ActiveRun,
     record: &mut FrameRecord,
     reference: &MeasuredReference,
     reference_before: Option<&MeasuredImage>,
 ) -> anyhow::Result<()> {
-    let images: Vec<RenderedImage> = run.sessions.iter_mut().map(Session::image).collect::<Result<_, _>>()?;
+    let images: Vec<RenderedImage> =
+        active.sessions.iter_mut().map(Session::image).collect::<Result<_, _>>()?;
     let now: Vec<MeasuredImage> =
         images.iter().map(|image| MeasuredImage::new(image, &reference.image)).collect();
     let exposure = f64::from(plan.config.exposure);
-    let seen =
-        Seen { now: &now, before: &run.before, reference: &reference.measured, reference_before, exposure };
+    let seen = Seen {
+        now: &now,
+        before: &active.before,
+        reference: &reference.measured,
+        reference_before,
+        exposure,
+    };
     for measure in MEASURES {
         let found = (measure.compute)(&seen);
         record.set(measure.key, found.map(|found| found.value));
         record.set(&measure.standard_error_key(), found.and_then(|found| found.standard_error));
     }
     if record.frame + 1 == plan.frames.end
-        && let (Some(session), [image, ..], [first, ..]) = (run.sessions.first_mut(), &images[..], &now[..])
+        && let (Some(session), [image, ..], [first, ..]) =
+            (active.sessions.first_mut(), &images[..], &now[..])
     {
         // What the session shows overwrites its frame, of which nothing more is read.
-        run.shown = Some(ComparedFrame {
+        active.shown = Some(ComparedFrame {
             image: session.display(image)?,
             reference: session.display(&reference.image)?,
             error_map: first.flip_map(&reference.measured, exposure).map(ErrorMap::to_colors),
         });
     }
-    run.before = now;
+    active.before = now;
     Ok(())
 }
 

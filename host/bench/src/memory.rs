@@ -1,15 +1,15 @@
-//! Memory of a cell, buffer by buffer, as its plan asks for it.
+//! Memory of a run configuration, buffer by buffer, as its plan asks for it.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::cell::Cell;
 use super::plan::MeasurementPlan;
+use super::run_config::RunConfig;
 use caustics::scene::Scene;
 use caustics_kernels::method::frame::frame_buffers;
 
-/// Bytes of the buffers of a cell, scene tables aside.
+/// Bytes of the buffers of a run configuration, scene tables aside.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BufferMemory {
     /// Of all.
@@ -18,10 +18,10 @@ pub struct BufferMemory {
     pub buffers_bytes: BTreeMap<&'static str, usize>,
 }
 
-/// The buffers that a session of the cell allocates, opened at the scene's pose.
-pub fn memory(plan: &MeasurementPlan, cell: &Cell, scene: &Scene) -> Option<BufferMemory> {
+/// The buffers that a session of the run configuration allocates, opened at the scene's pose.
+pub fn memory(plan: &MeasurementPlan, run: &RunConfig, scene: &Scene) -> Option<BufferMemory> {
     let camera = scene.camera(Some(&plan.camera)).ok()?;
-    let config = cell.config.with_image_of(&plan.config);
+    let config = run.config.with_image_of(&plan.config);
     let params = config.largest(scene, camera);
     let buffers = frame_buffers(config.method, config.parts(), &params);
     let buffers_bytes: BTreeMap<_, _> = buffers.iter().map(|buffer| (buffer.name, buffer.bytes)).collect();

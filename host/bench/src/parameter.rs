@@ -1,9 +1,10 @@
-//! Parameters: all that can vary between the cells of an experiment, a row each.
+//! Parameters: all that can vary between the run configurations of an experiment, a row each.
 //!
 //! From a row come the option of `render`, `animate` and `bench` with its help, the key of a sweep's `[[matrix]]` and of a
-//! result, a column of CSV, its part in the product of cells and in their identity and names, and the words of a report. To
-//! add a parameter: a field of [`RenderConfig`](caustics::RenderConfig) and a row of [`PARAMETERS`]. Where a decision is missing, whether
-//! another value gives another expected image, or whether cells differ in it, the code does not compile.
+//! result, a column of CSV, its part in the product of run configurations and in their identity and names, and the words
+//! of a report. To add a parameter: a field of [`RenderConfig`](caustics::RenderConfig) and a row of [`PARAMETERS`]. Where
+//! a decision is missing, whether another value gives another expected image, or whether run configurations differ in it,
+//! the code does not compile.
 
 use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
@@ -13,12 +14,12 @@ use caustics_kernels::interface::choice::{Caustics, Fireflies, LightSampler, Pat
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 
-use super::cell::{Cell, runner_name};
+use super::run_config::{RunConfig, runner_name};
 use caustics::named::Named;
 pub use caustics::render_config::AUTO;
 use caustics::render_config::{FeatureChoice, Radius};
 
-/// Something that can vary between cells.
+/// Something that can vary between run configurations.
 pub struct Parameter {
     /// Key of a sweep's `[[matrix]]`, of results and of CSV; the option of a command has dashes for underscores.
     pub key: &'static str,
@@ -30,14 +31,14 @@ pub struct Parameter {
     pub values: Values,
     /// Default value; empty where the machine decides.
     pub default: &'static str,
-    /// Neutral value: that of cells to which it does not apply.
+    /// Neutral value: that of run configurations to which it does not apply.
     pub neutral: &'static str,
     /// How a report tells its values apart.
     pub shown: VisualEncoding,
-    /// Why it does not apply to a cell; none where it does.
-    pub not_applicable: fn(&Cell) -> Option<&'static str>,
-    get: fn(&Cell) -> String,
-    set: fn(&mut Cell, &str) -> Result<(), String>,
+    /// Why it does not apply to a run configuration; none where it does.
+    pub not_applicable: fn(&RunConfig) -> Option<&'static str>,
+    get: fn(&RunConfig) -> String,
+    set: fn(&mut RunConfig, &str) -> Result<(), String>,
 }
 
 /// The values of a parameter.
@@ -56,7 +57,7 @@ pub enum VisualEncoding {
     Color,
     /// By its shape.
     Shape,
-    /// In words, where cells differ; the letters lead the value in the name of a cell.
+    /// In words, where configurations differ; the letters lead the value in the name of a configuration.
     Words(&'static str, fn(&str) -> String),
 }
 
@@ -73,17 +74,17 @@ impl PartialEq for Parameter {
 }
 
 impl Parameter {
-    /// The value of a cell.
-    pub fn get(&self, cell: &Cell) -> String {
-        (self.get)(cell)
+    /// The value of a run configuration.
+    pub fn get(&self, run: &RunConfig) -> String {
+        (self.get)(run)
     }
 
-    /// Gives a cell a value.
+    /// Gives a run configuration a value.
     ///
     /// # Errors
     /// What the value must be, where it is something else.
-    pub fn set(&self, cell: &mut Cell, value: &str) -> Result<(), String> {
-        (self.set)(cell, value).map_err(|wrong| match self.values {
+    pub fn set(&self, run: &mut RunConfig, value: &str) -> Result<(), String> {
+        (self.set)(run, value).map_err(|wrong| match self.values {
             Values::Names(names) => {
                 let names: Vec<_> = names().iter().map(|(name, _)| *name).collect();
                 format!("no {} is called {value}; known are {}", self.head, names.join(", "))
@@ -97,7 +98,7 @@ impl Parameter {
     /// # Errors
     /// What it must be.
     pub fn check(&self, value: &str) -> Result<(), String> {
-        self.set(&mut Cell::new(&BASIC), value)
+        self.set(&mut RunConfig::new(&BASIC), value)
     }
 
     /// Its option without the leading dashes.
@@ -128,9 +129,9 @@ macro_rules! named {
             neutral: "",
             shown: VisualEncoding::Color,
             not_applicable: |_| None,
-            get: |cell| cell.config.$field.name().into(),
-            set: |cell, name| {
-                cell.config.$field = Named::find(name)?;
+            get: |run| run.config.$field.name().into(),
+            set: |run, name| {
+                run.config.$field = Named::find(name)?;
                 Ok(())
             },
         }
@@ -169,12 +170,12 @@ pub static GATHER: Parameter = Parameter {
     default: "",
     neutral: "",
     shown: VisualEncoding::Shape,
-    not_applicable: |cell| {
-        (!cell.config.method.chooses_gather).then_some("brings photons and points together in its own way")
+    not_applicable: |run| {
+        (!run.config.method.chooses_gather).then_some("brings photons and points together in its own way")
     },
-    get: |cell| cell.config.gather.map_or("", |gather| gather.name).into(),
-    set: |cell, name| {
-        cell.config.gather = if name.is_empty() { None } else { Some(Named::find(name)?) };
+    get: |run| run.config.gather.map_or("", |gather| gather.name).into(),
+    set: |run, name| {
+        run.config.gather = if name.is_empty() { None } else { Some(Named::find(name)?) };
         Ok(())
     },
 };
@@ -184,7 +185,7 @@ pub static CAUSTICS: Parameter = Parameter {
     description: "Which light is a caustic, found by light paths",
     default: "first",
     neutral: "first",
-    not_applicable: |cell| (!cell.config.method.gathers).then_some("shoots no light paths"),
+    not_applicable: |run| (!run.config.method.gathers).then_some("shoots no light paths"),
     ..named!(caustics: Caustics)
 };
 
@@ -193,8 +194,8 @@ pub static EMISSION: Parameter = Parameter {
     description: "How light paths start",
     default: "guided",
     neutral: "power",
-    not_applicable: |cell| {
-        (!cell.config.method.chooses_emission).then_some("starts light paths in its own way, or has none")
+    not_applicable: |run| {
+        (!run.config.method.chooses_emission).then_some("starts light paths in its own way, or has none")
     },
     ..named!(emission: &Emission)
 };
@@ -223,8 +224,8 @@ pub static HISTORY: Parameter = Parameter {
     description: "Light of the previous frame that collection points reuse",
     default: "none",
     neutral: "none",
-    not_applicable: |cell| {
-        (!cell.config.method.supports_history).then_some("takes no light from the frame before")
+    not_applicable: |run| {
+        (!run.config.method.supports_history).then_some("takes no light from the frame before")
     },
     ..named!(history: &History)
 };
@@ -236,10 +237,10 @@ pub static PATH_HISTORY: Parameter = Parameter {
     default: "none",
     neutral: "none",
     shown: VisualEncoding::Color,
-    not_applicable: |cell| {
-        let converges = cell.config.method.converges.then_some("converges: its frames are averaged");
+    not_applicable: |run| {
+        let converges = run.config.method.converges.then_some("converges: its frames are averaged");
         converges
-            .or((!cell.config.method.gathers)
+            .or((!run.config.method.gathers)
                 .then_some("makes no collection points, which a history looks for"))
     },
     ..named!(path_history: PathHistory)
@@ -250,7 +251,7 @@ pub static FIREFLIES: Parameter = Parameter {
     description: "What is done about rare bright samples of camera paths",
     default: "kept",
     neutral: "kept",
-    not_applicable: |cell| cell.config.method.converges.then_some("converges, and must lose no light"),
+    not_applicable: |run| run.config.method.converges.then_some("converges, and must lose no light"),
     ..named!(fireflies: Fireflies)
 };
 
@@ -259,13 +260,13 @@ pub static DENOISER: Parameter = Parameter {
     description: "What smooths the path-traced part, caustics excepted",
     default: "none",
     neutral: "none",
-    not_applicable: |cell| {
-        (!cell.config.method.gathers).then_some("makes no collection points, which a denoiser looks at")
+    not_applicable: |run| {
+        (!run.config.method.gathers).then_some("makes no collection points, which a denoiser looks at")
     },
     ..named!(denoiser: &Denoiser)
 };
 
-/// Where a cell runs.
+/// Where frames are rendered.
 pub static RUNNER: Parameter = Parameter {
     key: "runner",
     head: "runner",
@@ -275,10 +276,10 @@ pub static RUNNER: Parameter = Parameter {
     neutral: "auto",
     shown: VisualEncoding::Words("", str::to_string),
     not_applicable: |_| None,
-    get: |cell| runner_name(&cell.runner).into(),
-    set: |cell, name| {
+    get: |run| runner_name(&run.runner).into(),
+    set: |run, name| {
         let known = RUNNERS.iter().find(|(known, _)| *known == name);
-        (cell.asked_runner, _) = *known.ok_or_else(String::new)?;
+        (run.asked_runner, _) = *known.ok_or_else(String::new)?;
         Ok(())
     },
 };
@@ -304,10 +305,10 @@ pub static PATHS_PER_PIXEL: Parameter = Parameter {
         let unit = if value == "1" { "path/px" } else { "paths/px" };
         format!("{value} {unit}")
     }),
-    not_applicable: |cell| (!cell.config.method.gathers).then_some("shoots no light paths"),
-    get: |cell| cell.config.light_paths.to_string(),
-    set: |cell, text| {
-        cell.config.light_paths = text.parse()?;
+    not_applicable: |run| (!run.config.method.gathers).then_some("shoots no light paths"),
+    get: |run| run.config.light_paths.to_string(),
+    set: |run, text| {
+        run.config.light_paths = text.parse()?;
         Ok(())
     },
 };
@@ -322,14 +323,14 @@ pub static RADIUS_PX: Parameter = Parameter {
     default: "1",
     neutral: "1",
     shown: VisualEncoding::Words("r", |value| format!("radius {value} px")),
-    not_applicable: |cell| match cell.config.radius {
-        _ if !cell.config.method.gathers => Some("makes no collection points"),
-        Radius::Auto if !cell.config.method.chooses_gather => Some("has no discs that could widen"),
+    not_applicable: |run| match run.config.radius {
+        _ if !run.config.method.gathers => Some("makes no collection points"),
+        Radius::Auto if !run.config.method.chooses_gather => Some("has no discs that could widen"),
         _ => None,
     },
-    get: |cell| cell.config.radius.to_string(),
-    set: |cell, text| {
-        cell.config.radius = text.parse()?;
+    get: |run| run.config.radius.to_string(),
+    set: |run, text| {
+        run.config.radius = text.parse()?;
         Ok(())
     },
 };
@@ -344,10 +345,10 @@ pub static MAX_BOUNCES: Parameter = Parameter {
     neutral: "5",
     shown: VisualEncoding::Words("b", |value| format!("{value} bounces")),
     not_applicable: |_| None,
-    get: |cell| cell.config.max_bounces.to_string(),
-    set: |cell, text| {
+    get: |run| run.config.max_bounces.to_string(),
+    set: |run, text| {
         let bounces = text.parse().ok().filter(|bounces| (1..=64).contains(bounces));
-        cell.config.max_bounces = bounces.ok_or("it must be 1 to 64")?;
+        run.config.max_bounces = bounces.ok_or("it must be 1 to 64")?;
         Ok(())
     },
 };
@@ -438,9 +439,9 @@ mod tests {
             (&RADIUS_PX, "auto"),
             (&MAX_BOUNCES, "9"),
         ] {
-            let mut cell = Cell::new(&BASIC);
-            parameter.set(&mut cell, value).unwrap();
-            assert_eq!(parameter.get(&cell), value);
+            let mut run = RunConfig::new(&BASIC);
+            parameter.set(&mut run, value).unwrap();
+            assert_eq!(parameter.get(&run), value);
         }
     }
 

@@ -1,4 +1,4 @@
-//! What an experiment measures: what its cells have in common.
+//! What an experiment measures: what its run configurations have in common.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ pub enum Compared {
 /// What is measured.
 #[derive(Clone, Debug)]
 pub struct MeasurementPlan {
-    /// Settings of all cells; what a cell has is its own.
+    /// Settings of all run configurations; what one has itself is its own.
     pub config: RenderConfig,
     /// Name of the camera.
     pub camera: String,
@@ -34,7 +34,7 @@ pub struct MeasurementPlan {
     pub time: bool,
     /// The frames whose errors are measured.
     pub compared: Compared,
-    /// Independent runs of each cell: seeds from that of the settings on.
+    /// Independent seeds of each run configuration, from that of the settings on.
     pub seeds: u32,
 }
 

@@ -1,14 +1,14 @@
-//! A frame of a cell and every measure of it.
+//! A frame of a run configuration and every measure of it.
 
 use std::collections::BTreeMap;
 
-/// A frame of a cell.
+/// A frame of a run configuration.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameRecord {
     /// Index of the frame.
     pub frame: u32,
-    /// Name of the cell.
-    pub cell: String,
+    /// Name of the run configuration.
+    pub run: String,
     /// Measures by name, units at the end of the name; ratios, FLIP and relative errors have none.
     pub values: BTreeMap<String, f64>,
 }

@@ -1,8 +1,9 @@
 //! The reference of each frame: many frames of `progressive` at that frame's pose, rendered once and kept on disk.
 //!
-//! Its light paths and radii are its own, whatever those of the cells, so that all cells of a view share it: radii start as
-//! the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256 frames. Cells whose radius is
-//! below that are not blurred more than their reference. Its seed is its own, the same for all frames: where nothing moves, it does not change at all.
+//! Its light paths and radii are its own, whatever those of the run configurations, so that all configurations of a view
+//! share it: radii start as the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256
+//! frames. Configurations whose radius is below that are not blurred more than their reference. Its seed is its own, the
+//! same for all frames: where nothing moves, it does not change at all.
 
 use caustics::render_config::{Paths, Radius};
 use std::cell::RefCell;
@@ -13,9 +14,9 @@ use anyhow::Context;
 use bytemuck::pod_collect_to_vec;
 use glam::Vec3;
 
-use super::cell::Cell;
 use super::identity::{self, pose};
 use super::plan::MeasurementPlan;
+use super::run_config::RunConfig;
 use caustics::accumulation::{Accumulation, BATCHES};
 use caustics::file::read_file;
 use caustics::hash::digest;
@@ -30,7 +31,7 @@ use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::{denoiser, history};
 
-/// Seed of all references; no cell may have it.
+/// Seed of all references; no run configuration may have it.
 pub const SEED: u32 = 0x7265_6665;
 /// A reference's frame shoots this many light paths a pixel: its camera paths cost as much in any case.
 const LIGHT_PATHS_PER_PIXEL: u32 = 4;
@@ -39,7 +40,7 @@ const LIGHT_PATHS_PER_PIXEL: u32 = 4;
 #[derive(Debug)]
 pub struct References<'a> {
     plan: &'a MeasurementPlan,
-    cell: &'a Cell,
+    run: &'a RunConfig,
     /// Posed at one time after the other.
     scene: RefCell<Scene>,
     config: RenderConfig,
@@ -63,11 +64,11 @@ pub enum Kept {
 }
 
 impl<'a> References<'a> {
-    /// References of a scene as loaded, in a folder of their own below `cache`. Of the cell they have the bounces, and its
-    /// runner renders them.
+    /// References of a scene as loaded, in a folder of their own below `cache`. They have the bounces of the run
+    /// configuration, and its runner renders them.
     pub fn new(
         plan: &'a MeasurementPlan,
-        cell: &'a Cell,
+        run: &'a RunConfig,
         scene: &Scene,
         frames: u32,
         cache: &Path,
@@ -77,7 +78,7 @@ impl<'a> References<'a> {
             method: &PROGRESSIVE,
             light_paths: Paths::Count(LIGHT_PATHS_PER_PIXEL * pixels),
             radius: Radius::Px(1.0),
-            max_bounces: cell.config.max_bounces,
+            max_bounces: run.config.max_bounces,
             seed: SEED,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
@@ -90,7 +91,7 @@ impl<'a> References<'a> {
         let name = digest(&format!("{view}frames {frames} fps {}", plan.fps));
         let folder = cache.join("references").join(name);
         let (scene, identities) = (RefCell::new(scene.clone()), RefCell::default());
-        References { plan, cell, scene, config, frames, folder, identities }
+        References { plan, run, scene, config, frames, folder, identities }
     }
 
     /// Where they are kept.
@@ -156,7 +157,7 @@ impl<'a> References<'a> {
         identity: &str,
         stopped: &dyn Fn() -> bool,
     ) -> anyhow::Result<Option<Vec<u8>>> {
-        let Cell { runner, .. } = self.cell;
+        let RunConfig { runner, .. } = self.run;
         let features = scene.features(self.config.specular_roughness);
         let camera = scene.camera(Some(&self.plan.camera))?;
         let mut session = Session::new(runner, scene, camera, &self.config, features)?;

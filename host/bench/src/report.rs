@@ -1,7 +1,7 @@
 //! A report: folders of results in, one page out that needs no network, and SVG and CSV of each figure.
 //!
-//! `load` reads the cells, `scene` groups and `name` names them; every figure, table and block has a file of its own;
-//! `page` puts them together.
+//! `load` reads the results of run configurations, `scene` groups and `name` names them; every figure, table and block has
+//! a file of its own; `page` puts them together.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,6 @@ use maud::{Markup, html};
 
 mod axis;
 mod baseline;
-mod cells;
 mod features;
 mod figure;
 mod frames;
@@ -25,6 +24,7 @@ mod passes;
 mod plot;
 mod provenance;
 mod ratio;
+mod run_table;
 mod scene;
 mod speed;
 mod stability;
@@ -33,7 +33,7 @@ mod table;
 mod tip;
 
 use crate::error::MEASURES;
-use crate::result::CellResult;
+use crate::result::RunResult;
 
 use figure::Figure;
 use images::ReportImages;
@@ -49,7 +49,7 @@ use table::{Table, csv};
 pub struct Request {
     /// Folders of results.
     pub folders: Vec<PathBuf>,
-    /// Folders of results that these are held against, cell by cell.
+    /// Folders of results that these are held against, each run configuration against the same one.
     pub baseline: Vec<PathBuf>,
     /// The page's title.
     pub title: String,
@@ -68,8 +68,8 @@ pub struct Report {
     pub files: Vec<(String, Vec<u8>)>,
     /// What a reader of the report does not see.
     pub warnings: Vec<String>,
-    /// Cells in it.
-    pub cells: usize,
+    /// Run configurations in it.
+    pub runs: usize,
 }
 
 impl Report {
@@ -96,25 +96,25 @@ impl Report {
 
 /// Makes the report.
 pub fn report(request: &Request) -> anyhow::Result<Report> {
-    let (cells, warnings) = load::load(&request.folders)?;
+    let (runs, warnings) = load::load(&request.folders)?;
     let (before, of_before) = match &request.baseline[..] {
         [] => Default::default(),
         folders => load::load(folders)?,
     };
-    let report = from_cells(&cells, &before, request)?;
+    let report = from_runs(&runs, &before, request)?;
     Ok(Report { warnings: [warnings, of_before, report.warnings].concat(), ..report })
 }
 
 /// Makes the report of results that lie in no folder.
-pub(crate) fn from_results(results: Vec<CellResult>, request: &Request) -> anyhow::Result<Report> {
+pub(crate) fn from_results(results: Vec<RunResult>, request: &Request) -> anyhow::Result<Report> {
     let measured = |result| Measured { result, folder: "/no folder".into() };
-    from_cells(&results.into_iter().map(measured).collect::<Vec<_>>(), &[], request)
+    from_runs(&results.into_iter().map(measured).collect::<Vec<_>>(), &[], request)
 }
 
-fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> anyhow::Result<Report> {
-    let names = Names::new(cells);
-    let scenes = scene::scenes(cells);
-    let mut report = Report { cells: cells.len(), ..Report::default() };
+fn from_runs(runs: &[Measured], before: &[Measured], request: &Request) -> anyhow::Result<Report> {
+    let names = Names::new(runs);
+    let scenes = scene::scenes(runs);
+    let mut report = Report { runs: runs.len(), ..Report::default() };
     let mut images = ReportImages::default();
     let mut sections = Vec::new();
     if let Some(overview) = overview::overview(&scenes, &names) {
@@ -122,28 +122,30 @@ fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> any
         sections.push(Section { id: "overview".into(), title: "Over all scenes".into(), content });
     }
     if !request.baseline.is_empty() {
-        let content = match baseline::changes(before, cells, &names) {
+        let content = match baseline::changes(before, runs, &names) {
             Some(table) => {
                 let note = "Standard errors are those between seeds, and of the medians of times. Times of two runs were not \
                             taken in turns: what else the machine did differs too.";
-                report.table(&table, "Cells that both have", note)?
+                report.table(&table, "Run configurations that both have", note)?
             }
-            None => html! { p .note { "No cell of these results has the same settings and size before." } },
+            None => {
+                html! { p .note { "No run configuration of these results has the same settings and size before." } }
+            }
         };
         sections.push(Section { id: "baseline".into(), title: "Before and after".into(), content });
     }
     for scene in &scenes {
         let content =
-            scene_section(scene, &names.among(&scene.cells), &mut images, request.images, &mut report)?;
+            scene_section(scene, &names.among(&scene.runs), &mut images, request.images, &mut report)?;
         sections.push(Section { id: format!("scene-{}", scene.slug), title: scene.title.clone(), content });
     }
-    if let Some((figures, table)) = growth::growth(cells) {
+    if let Some((figures, table)) = growth::growth(runs) {
         let mut parts = Vec::new();
         for figure in &figures {
             parts.push(report.figure(figure, &figure.title, "")?);
         }
-        let note = "Least squares of logarithms over cells that differ in one quantity, and the slope of the last step, where \
-                    fixed costs hide least; n log n over the same values. What is above it by twice its standard error, \
+        let note = "Least squares of logarithms over run configurations that differ in one quantity, and the slope of the last \
+                    step, where fixed costs hide least; n log n over the same values. What is above it by twice its standard error, \
                     over all values or in the last step, is not within.";
         parts.push(report.table(&table, "Exponents", note)?);
         let content = html! { @for part in &parts { (part) } };
@@ -163,16 +165,18 @@ fn from_cells(cells: &[Measured], before: &[Measured], request: &Request) -> any
         };
         sections.push(Section { id: "stability".into(), title: "Stability".into(), content });
     }
-    report.add_rows("cells", &cells::all(cells, &names))?;
-    let commands = provenance::commands(cells, &request.folders, &request.output);
-    let content = provenance::inline(cells, &commands);
+    report.add_rows("cells", &run_table::all(runs, &names))?;
+    let commands = provenance::commands(runs, &request.folders, &request.output);
+    let content = provenance::inline(runs, &commands);
     sections.push(Section { id: "provenance".into(), title: "Provenance".into(), content });
 
     let count = |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
-    let lead = format!("{} of {}.", count(cells.len(), "cell"), count(scenes.len(), "scene"));
+    let lead = format!("{} of {}.", count(runs.len(), "run configuration"), count(scenes.len(), "scene"));
     report.html = page::page(&request.title, &lead, &sections, &images.store());
     for path in &images.missing {
-        report.warnings.push(format!("{} is missing, and its cell is shown without it", path.display()));
+        report
+            .warnings
+            .push(format!("{} is missing, and its run configuration is shown without it", path.display()));
     }
     Ok(report)
 }
@@ -209,14 +213,13 @@ fn scene_section(
         parts.push(report.figure(&figure, &head, "")?);
     }
     if let Some(table) = ratio::ratios(scene, names) {
-        let note =
-            "Time is the median over turns of the cell's time over that of the first cell in the same turn.";
+        let note = "Time is the median over turns of a configuration's time over that of the first one in the same turn.";
         parts.push(report.table(&table, "Ratios", note)?);
     }
-    let (table, common) = cells::table(scene);
+    let (table, common) = run_table::table(scene);
     let common: Vec<String> = common.iter().map(|(head, text)| format!("{head} {text}")).collect();
     let note =
         if common.is_empty() { String::new() } else { format!("The same for all: {}.", common.join(", ")) };
-    parts.push(report.table(&table, "All cells", &note)?);
+    parts.push(report.table(&table, "All run configurations", &note)?);
     Ok(html! { @for part in &parts { (part) } })
 }

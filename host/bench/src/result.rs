@@ -1,4 +1,5 @@
-//! What an experiment says of a cell: one JSON file a cell, written by `bench` and `sweep`, read by `report`.
+//! What an experiment says of a run configuration: one JSON file for each, written by `bench` and `sweep`, read by
+//! `report`.
 
 use std::collections::BTreeMap;
 
@@ -9,17 +10,18 @@ use super::error::Measure;
 use super::parameter::{Parameter, Values};
 use crate::renamed;
 
-/// A cell, its measures, and where they come from.
+/// A run configuration, its measures, and where they come from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CellResult {
+pub struct RunResult {
     /// Hash of all that decides the measures; the file's name.
     pub identity: String,
     /// What was rendered, and how.
-    pub cell: CellConfig,
+    #[serde(rename = "cell")]
+    pub config: ConfigValues,
     /// How long a frame takes; none where only errors were measured.
-    pub time: Option<CellTime>,
+    pub time: Option<TimeResult>,
     /// How far frames are from the reference; none where only times were measured.
-    pub error: Option<CellError>,
+    pub error: Option<ErrorResult>,
     /// Frame by frame, of scenes that move.
     pub frames: Vec<FrameResult>,
     /// Where it was measured.
@@ -31,7 +33,7 @@ pub struct CellResult {
 
 /// What was rendered, and how.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CellConfig {
+pub struct ConfigValues {
     /// Name of the scene.
     pub scene: String,
     /// Name of the camera.
@@ -52,10 +54,10 @@ enum Value {
     Name(String),
 }
 
-impl CellConfig {
+impl ConfigValues {
     /// A scene and a camera; no parameter has a value yet.
-    pub fn new(scene: &str, camera: &str) -> CellConfig {
-        CellConfig { scene: scene.into(), camera: camera.into(), ..CellConfig::default() }
+    pub fn new(scene: &str, camera: &str) -> ConfigValues {
+        ConfigValues { scene: scene.into(), camera: camera.into(), ..ConfigValues::default() }
     }
 
     /// The value of a parameter in words; empty where the parameter is younger than the file.
@@ -82,7 +84,7 @@ impl CellConfig {
     }
 
     /// The same with another value of a parameter.
-    pub fn with(mut self, parameter: &Parameter, text: &str) -> CellConfig {
+    pub fn with(mut self, parameter: &Parameter, text: &str) -> ConfigValues {
         self.set(parameter, text);
         self
     }
@@ -99,7 +101,7 @@ impl CellConfig {
 
 /// Time of a frame and what it is made of.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CellTime {
+pub struct TimeResult {
     /// Image width (px).
     pub width: u32,
     /// Image height (px).
@@ -113,9 +115,9 @@ pub struct CellTime {
     pub frames: u32,
     /// Time of a frame (ms).
     pub total_ms: Quartiles,
-    /// Median of the frame's time over that of the run's first cell in the same turn.
+    /// Median of the frame's time over that of the first run configuration in the same turn.
     pub ratio_to_first: Option<f64>,
-    /// Name of that first cell.
+    /// Name of that first configuration.
     pub first: String,
     /// Time of each pass (ms).
     pub pass_ms: BTreeMap<String, Quartiles>,
@@ -147,7 +149,7 @@ pub struct Quartiles {
 
 /// Errors against the reference; means over seeds and frames.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CellError {
+pub struct ErrorResult {
     /// Image width (px).
     pub width: u32,
     /// Image height (px).
@@ -173,7 +175,7 @@ pub struct CellError {
     pub values: BTreeMap<String, Option<f64>>,
 }
 
-impl CellError {
+impl ErrorResult {
     /// The standard error of a measure between seeds.
     pub fn standard_error(&self, measure: &Measure) -> Option<f64> {
         self.standard_errors.get(measure.key).copied()
@@ -185,13 +187,13 @@ impl CellError {
     }
 
     /// The same with another value of a measure.
-    pub fn with(mut self, measure: &Measure, value: Option<f64>) -> CellError {
+    pub fn with(mut self, measure: &Measure, value: Option<f64>) -> ErrorResult {
         self.values.insert(measure.key.into(), value);
         self
     }
 }
 
-/// A frame of a cell of an animation.
+/// A frame of a run configuration, of an animation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameResult {
     /// Index of the frame.
@@ -224,7 +226,7 @@ pub struct Provenance {
     pub machine: String,
     /// First seed.
     pub seed: u32,
-    /// Time that measuring the cell took (s).
+    /// Time that measuring the run configuration took (s).
     pub wall_s: f64,
     /// When it was measured: seconds since 1970.
     pub unix_s: u64,

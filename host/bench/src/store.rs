@@ -8,7 +8,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use anyhow::{Context, anyhow, ensure};
 use glam::Vec3;
 
-use super::result::{CellResult, Provenance};
+use super::result::{Provenance, RunResult};
 use caustics::file;
 use caustics::hash::DIGITS;
 use caustics::output::png;
@@ -20,48 +20,48 @@ use caustics::{kernels, machine, memory};
 const LENGTHS: [usize; 2] = [DIGITS, 16];
 
 /// The folder of the results in a folder.
-pub fn cells(folder: &Path) -> PathBuf {
+pub fn results_folder(folder: &Path) -> PathBuf {
     folder.join("cells")
 }
 
 /// Makes the folder of the results.
 pub fn create(folder: &Path) -> anyhow::Result<()> {
-    let cells = cells(folder);
-    std::fs::create_dir_all(&cells).with_context(|| format!("cannot create {}", cells.display()))
+    let results = results_folder(folder);
+    std::fs::create_dir_all(&results).with_context(|| format!("cannot create {}", results.display()))
 }
 
 /// The file of a result.
 pub fn file(folder: &Path, identity: &str) -> PathBuf {
-    cells(folder).join(format!("{identity}.json"))
+    results_folder(folder).join(format!("{identity}.json"))
 }
 
 /// Writes a result in the place of an older one.
-pub fn write(folder: &Path, result: &CellResult) -> anyhow::Result<()> {
+pub fn write(folder: &Path, result: &RunResult) -> anyhow::Result<()> {
     let mut text = serde_json::to_string_pretty(result)?;
     text.push('\n');
     Ok(Target::claim(&file(folder, &result.identity), true)?.finish(text.as_bytes())?)
 }
 
 /// The result of this identity, if it is there and whole.
-pub fn read(folder: &Path, identity: &str) -> Option<CellResult> {
+pub fn read(folder: &Path, identity: &str) -> Option<RunResult> {
     read_file(&file(folder, identity)).ok()
 }
 
 /// The result in a file.
-pub fn read_file(path: &Path) -> anyhow::Result<CellResult> {
+pub fn read_file(path: &Path) -> anyhow::Result<RunResult> {
     let bytes = file::read_file(path).with_context(|| format!("cannot read {}", path.display()))?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     parse(&bytes, &stem)
-        .with_context(|| format!("{} is no result of a cell; measure it again", path.display()))
+        .with_context(|| format!("{} is no result of a run configuration; measure it again", path.display()))
 }
 
 /// The result in the bytes of a file of this stem. Its names lead nowhere but into the folder of the file: the identity is
 /// the stem, hexadecimal digits, and images are PNGs beside it.
-pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
+pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<RunResult> {
     memory::check(memory::json_parse_bytes(bytes)).map_err(|short| anyhow!("it would take {short}"))?;
-    let mut result: CellResult = serde_json::from_slice(bytes)?;
-    result.cell.rename();
-    let CellResult { identity, error, .. } = &result;
+    let mut result: RunResult = serde_json::from_slice(bytes)?;
+    result.config.rename();
+    let RunResult { identity, error, .. } = &result;
     let is_digit = |digit: u8| digit.is_ascii_digit() || (b'a'..=b'f').contains(&digit);
     let is_hash = LENGTHS.contains(&identity.len()) && identity.bytes().all(is_digit);
     ensure!(
@@ -81,7 +81,7 @@ pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<CellResult> {
 #[derive(Debug, Default)]
 pub struct Results {
     folder: Option<PathBuf>,
-    in_memory: RefCell<BTreeMap<String, CellResult>>,
+    in_memory: RefCell<BTreeMap<String, RunResult>>,
 }
 
 impl Results {
@@ -95,7 +95,7 @@ impl Results {
     }
 
     /// The result of this identity, if it is there and whole.
-    pub fn read(&self, identity: &str) -> Option<CellResult> {
+    pub fn read(&self, identity: &str) -> Option<RunResult> {
         match &self.folder {
             Some(folder) => read(folder, identity),
             None => self.in_memory.borrow().get(identity).cloned(),
@@ -106,7 +106,7 @@ impl Results {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write(&self, result: &CellResult) -> anyhow::Result<()> {
+    pub fn write(&self, result: &RunResult) -> anyhow::Result<()> {
         match &self.folder {
             Some(folder) => write(folder, result),
             None => {
@@ -129,15 +129,15 @@ impl Results {
     ) -> anyhow::Result<Option<String>> {
         let Some(folder) = &self.folder else { return Ok(None) };
         let bytes = png::encode(width, height, colors)?;
-        Target::claim(&cells(folder).join(&name), true)?.finish(&bytes)?;
+        Target::claim(&results_folder(folder).join(&name), true)?.finish(&bytes)?;
         Ok(Some(name))
     }
 }
 
 /// All results of a folder in the order of their identities; a file that is none is an error.
-pub fn read_all(folder: &Path) -> anyhow::Result<Vec<CellResult>> {
-    let cells = cells(folder);
-    let entries = cells.read_dir().with_context(|| format!("cannot read {}", cells.display()))?;
+pub fn read_all(folder: &Path) -> anyhow::Result<Vec<RunResult>> {
+    let results = results_folder(folder);
+    let entries = results.read_dir().with_context(|| format!("cannot read {}", results.display()))?;
     let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<anyhow::Result<Vec<PathBuf>>>()?;
     // A part of a file has a name that starts with a dot.
     let hidden =

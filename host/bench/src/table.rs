@@ -1,11 +1,11 @@
-//! Results as tables: for a person, and as CSV with a row for each pass, cell, or frame.
+//! Results as tables: for a person, and as CSV with a row for each pass, run configuration, or frame.
 
 use std::fmt::Write;
 
 use super::error::{CAUSTICS_VARIANCE, FLIP, MEASURES, Measure};
 use super::gain::gain;
 use super::parameter::{HISTORY, PARAMETERS};
-use super::result::{CellError, CellResult, CellTime, FrameResult, Quartiles};
+use super::result::{ErrorResult, FrameResult, Quartiles, RunResult, TimeResult};
 use caustics::metric::percentile::quantile;
 
 /// Buffers below this are not listed for a person (bytes).
@@ -30,10 +30,10 @@ fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or("-".into(), |value| format!("{value:.digits$}"))
 }
 
-/// For a person: a line for each cell, by name, of its times and one of its errors, then one for each pass, and the largest
-/// buffers.
-pub fn table(results: &[(String, CellResult)]) -> String {
-    let wide = results.iter().map(|(name, _)| name.len()).max().unwrap_or(0).max(4);
+/// For a person: a line for each run configuration, by name, of its times and one of its errors, then one for each pass,
+/// and the largest buffers.
+pub fn table(results: &[(String, RunResult)]) -> String {
+    let wide = results.iter().map(|(name, _)| name.len()).max().unwrap_or(0).max(13);
     let mut lines = Lines { text: String::new(), wide };
     if results.iter().any(|(_, result)| result.time.is_some()) {
         times(&mut lines, results);
@@ -47,10 +47,10 @@ pub fn table(results: &[(String, CellResult)]) -> String {
     lines.text
 }
 
-fn times(lines: &mut Lines, results: &[(String, CellResult)]) {
+fn times(lines: &mut Lines, results: &[(String, RunResult)]) {
     let mega = |value: Option<f64>| number(value.map(|value| value / 1e6), 2);
     let heads = ["median ms", "25 %", "75 %", "95 %", "ratio", "M rays/s", "M points/s", "M paths/s", "MB"];
-    lines.line("cell", &heads.map(String::from));
+    lines.line("configuration", &heads.map(String::from));
     for (name, result) in results {
         let Some(time) = &result.time else { continue };
         let Quartiles { lower, median, upper } = time.total_ms;
@@ -72,9 +72,9 @@ fn times(lines: &mut Lines, results: &[(String, CellResult)]) {
     lines.line("", &[]);
 }
 
-fn errors(lines: &mut Lines, results: &[(String, CellResult)]) {
+fn errors(lines: &mut Lines, results: &[(String, RunResult)]) {
     let heads = MEASURES.iter().map(|measure| measure.head.to_string());
-    lines.line("cell", &heads.chain(["gain".into(), "above none".into()]).collect::<Vec<_>>());
+    lines.line("configuration", &heads.chain(["gain".into(), "above none".into()]).collect::<Vec<_>>());
     for (name, result) in results {
         let Some(error) = &result.error else { continue };
         let value = |measure: &&Measure| match error.get(measure) {
@@ -92,13 +92,13 @@ fn errors(lines: &mut Lines, results: &[(String, CellResult)]) {
 }
 
 /// The result that differs in its history only, and has none.
-fn baseline<'a>(result: &CellResult, results: &'a [(String, CellResult)]) -> Option<&'a CellResult> {
-    let wanted = result.cell.clone().with(&HISTORY, HISTORY.neutral);
-    results.iter().map(|(_, other)| other).find(|other| other.cell == wanted)
+fn baseline<'a>(result: &RunResult, results: &'a [(String, RunResult)]) -> Option<&'a RunResult> {
+    let wanted = result.config.clone().with(&HISTORY, HISTORY.neutral);
+    results.iter().map(|(_, other)| other).find(|other| other.config == wanted)
 }
 
 /// Variance of the caustics without a history over that with one: the median over frames, or that of a still image.
-fn median_gain(result: &CellResult, none: &CellResult) -> Option<f64> {
+fn median_gain(result: &RunResult, none: &RunResult) -> Option<f64> {
     let variance = |frame: &FrameResult| Some((frame.frame, frame.get(&CAUSTICS_VARIANCE)?));
     let of_none: Vec<_> = none.frames.iter().filter_map(variance).collect();
     let of_frame = |frame: &FrameResult| {
@@ -107,16 +107,16 @@ fn median_gain(result: &CellResult, none: &CellResult) -> Option<f64> {
     };
     let gains: Vec<f64> = result.frames.iter().filter_map(of_frame).collect();
     if gains.is_empty() {
-        let whole = |cell: &CellResult| cell.error.as_ref()?.get(&CAUSTICS_VARIANCE);
+        let whole = |run: &RunResult| run.error.as_ref()?.get(&CAUSTICS_VARIANCE);
         return gain(whole(none)?, whole(result)?);
     }
     Some(quantile(&gains, 0.5))
 }
 
 /// Frames in which a measure is above that without history; none where no frame has it.
-fn frames_above(measure: &Measure, result: &CellResult, none: &CellResult) -> Option<usize> {
+fn frames_above(measure: &Measure, result: &RunResult, none: &RunResult) -> Option<usize> {
     let value =
-        |cell: &CellResult, index: u32| cell.frames.iter().find(|frame| frame.frame == index)?.get(measure);
+        |run: &RunResult, index: u32| run.frames.iter().find(|frame| frame.frame == index)?.get(measure);
     let pairs: Vec<(f64, f64)> = result
         .frames
         .iter()
@@ -125,7 +125,7 @@ fn frames_above(measure: &Measure, result: &CellResult, none: &CellResult) -> Op
     (!pairs.is_empty()).then(|| pairs.iter().filter(|(own, none)| own > none).count())
 }
 
-fn passes(lines: &mut Lines, results: &[(String, CellResult)]) {
+fn passes(lines: &mut Lines, results: &[(String, RunResult)]) {
     lines.line("pass", &["median ms", "25 %", "75 %"].map(String::from));
     for (name, result) in results {
         let Some(time) = &result.time else { continue };
@@ -153,8 +153,8 @@ fn passes(lines: &mut Lines, results: &[(String, CellResult)]) {
     }
 }
 
-/// CSV with a row for each cell and pass.
-pub fn passes_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
+/// CSV with a row for each run configuration and pass.
+pub fn passes_csv(results: &[RunResult]) -> anyhow::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(Vec::new());
     let parameters = PARAMETERS.map(|parameter| parameter.key);
     table.write_record(["identity", "scene"].iter().chain(&parameters).chain(&[
@@ -165,8 +165,8 @@ pub fn passes_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     ]))?;
     for result in results {
         for (pass, pass_ms) in result.time.iter().flat_map(|time| &time.pass_ms) {
-            let mut record = vec![result.identity.clone(), result.cell.scene.clone()];
-            record.extend(PARAMETERS.map(|parameter| result.cell.text(parameter)));
+            let mut record = vec![result.identity.clone(), result.config.scene.clone()];
+            record.extend(PARAMETERS.map(|parameter| result.config.text(parameter)));
             record.push(pass.clone());
             record.extend([pass_ms.median, pass_ms.lower, pass_ms.upper].map(|ms| ms.to_string()));
             table.write_record(&record)?;
@@ -175,8 +175,8 @@ pub fn passes_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     Ok(table.into_inner()?)
 }
 
-/// CSV with a row for each frame of each cell of scenes that move; none where there are no frames.
-pub fn frames_csv(results: &[CellResult]) -> anyhow::Result<Option<Vec<u8>>> {
+/// CSV with a row for each frame of each run configuration of scenes that move; none where there are no frames.
+pub fn frames_csv(results: &[RunResult]) -> anyhow::Result<Option<Vec<u8>>> {
     if results.iter().all(|result| result.frames.is_empty()) {
         return Ok(None);
     }
@@ -188,8 +188,8 @@ pub fn frames_csv(results: &[CellResult]) -> anyhow::Result<Option<Vec<u8>>> {
     )?;
     for result in results {
         for frame in &result.frames {
-            let mut record = vec![result.identity.clone(), result.cell.scene.clone()];
-            record.extend(PARAMETERS.map(|parameter| result.cell.text(parameter)));
+            let mut record = vec![result.identity.clone(), result.config.scene.clone()];
+            record.extend(PARAMETERS.map(|parameter| result.config.text(parameter)));
             record.push(frame.frame.to_string());
             record.push(text(frame.total_ms));
             record.extend(MEASURES.map(|measure| text(frame.get(measure))));
@@ -207,7 +207,7 @@ fn text(value: Option<f64>) -> String {
 type Column<T> = (&'static str, fn(&T) -> Option<f64>);
 
 /// What was timed.
-const TIMES: [Column<CellTime>; 11] = [
+const TIMES: [Column<TimeResult>; 11] = [
     ("width", |time| Some(f64::from(time.width))),
     ("height", |time| Some(f64::from(time.height))),
     ("light_paths", |time| Some(f64::from(time.light_paths))),
@@ -221,14 +221,14 @@ const TIMES: [Column<CellTime>; 11] = [
     ("memory_bytes", |time| Some(time.memory_bytes.values().sum::<u64>() as f64)),
 ];
 /// How errors were measured.
-const COMPARED: [Column<CellError>; 3] = [
+const COMPARED: [Column<ErrorResult>; 3] = [
     ("error_width", |error| Some(f64::from(error.width))),
     ("error_height", |error| Some(f64::from(error.height))),
     ("seeds", |error| Some(f64::from(error.seeds))),
 ];
 
-/// CSV with a row for each cell; what was not measured is empty.
-pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
+/// CSV with a row for each run configuration; what was not measured is empty.
+pub fn runs_csv(results: &[RunResult]) -> anyhow::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(Vec::new());
     let mut heads = vec!["identity", "scene", "camera"];
     heads.extend(PARAMETERS.map(|parameter| parameter.key));
@@ -238,9 +238,9 @@ pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
     heads.extend(["device", "commit", "wall_s", "unix_s", "note"]);
     table.write_record(heads)?;
     for result in results {
-        let CellResult { identity, cell, time, error, provenance: from, note, .. } = result;
-        let mut record = vec![identity.clone(), cell.scene.clone(), cell.camera.clone()];
-        record.extend(PARAMETERS.map(|parameter| cell.text(parameter)));
+        let RunResult { identity, config, time, error, provenance: from, note, .. } = result;
+        let mut record = vec![identity.clone(), config.scene.clone(), config.camera.clone()];
+        record.extend(PARAMETERS.map(|parameter| config.text(parameter)));
         record.extend(TIMES.map(|(_, value)| text(time.as_ref().and_then(value))));
         record.extend(COMPARED.map(|(_, value)| text(error.as_ref().and_then(value))));
         record.extend(MEASURES.map(|measure| text(error.as_ref().and_then(|error| error.get(measure)))));
@@ -255,8 +255,9 @@ pub fn cells_csv(results: &[CellResult]) -> anyhow::Result<Vec<u8>> {
 mod tests {
     use super::*;
 
-    /// Five frames of two cells that differ in their history; the second flickers less and is worse in one frame.
-    fn results() -> Vec<(String, CellResult)> {
+    /// Five frames of two run configurations that differ in their history; the second flickers less and is worse in one
+    /// frame.
+    fn results() -> Vec<(String, RunResult)> {
         let result = |history: &str, variance: f64, flip: &dyn Fn(u32) -> f64| {
             let frame = |frame: u32| FrameResult {
                 frame,
@@ -265,16 +266,16 @@ mod tests {
                     .map(|(key, value)| (key.to_string(), Some(value)))
                     .into(),
             };
-            let mut result = CellResult { frames: (0..5).map(frame).collect(), ..CellResult::default() };
-            result.cell.set(&HISTORY, history);
-            result.error = Some(CellError::default().with(&CAUSTICS_VARIANCE, Some(variance)));
+            let mut result = RunResult { frames: (0..5).map(frame).collect(), ..RunResult::default() };
+            result.config.set(&HISTORY, history);
+            result.error = Some(ErrorResult::default().with(&CAUSTICS_VARIANCE, Some(variance)));
             (history.to_string(), result)
         };
         vec![result("none", 0.9, &|_| 0.2), result("paper", 0.1, &|frame| if frame == 2 { 0.3 } else { 0.1 })]
     }
 
     #[test]
-    fn gains_and_frames_above_none_are_relative_to_the_cell_without_history() {
+    fn gains_and_frames_above_none_are_relative_to_the_configuration_without_history() {
         let results = results();
         let none = baseline(&results[1].1, &results).unwrap();
         assert!((median_gain(&results[1].1, none).unwrap() - 9.0).abs() < 1e-12);
@@ -290,8 +291,8 @@ mod tests {
 
     #[test]
     fn tables_have_a_column_for_each_axis_and_measure() {
-        let results: Vec<CellResult> = results().into_iter().map(|(_, result)| result).collect();
-        for csv in [cells_csv(&results).unwrap(), frames_csv(&results).unwrap().unwrap()] {
+        let results: Vec<RunResult> = results().into_iter().map(|(_, result)| result).collect();
+        for csv in [runs_csv(&results).unwrap(), frames_csv(&results).unwrap().unwrap()] {
             let csv = String::from_utf8(csv).unwrap();
             let head = csv.lines().next().unwrap();
             for key in PARAMETERS

@@ -1,14 +1,15 @@
-//! What the timed frames of a cell amount to: medians and quartiles, ratios to the first cell, rates.
+//! What the timed frames of a run configuration amount to: medians and quartiles, ratios to the first configuration,
+//! rates.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use caustics_kernels::declare::Work;
 
-use super::cell::Cell;
 use super::memory::memory;
 use super::plan::MeasurementPlan;
 use super::record::FrameRecord;
-use super::result::{CellTime, Quartiles};
+use super::result::{Quartiles, TimeResult};
+use super::run_config::RunConfig;
 use caustics::metric::percentile::quantile;
 use caustics::scene::Scene;
 use caustics_kernels::method::frame::work;
@@ -20,20 +21,20 @@ const GATHER: [Work; 2] = [Work::Index, Work::Gather];
 /// Work that traces the rays that are counted.
 const TRACERS: [Work; 2] = [Work::Camera, Work::Light];
 
-/// Times of a cell, of the records of all cells of a run; the scene is posed at the first frame. None without timed frames.
-pub fn cell_time(
+/// Times of a run configuration, of the records of all that took turns; the scene is posed at the first frame. None
+/// without timed frames.
+pub fn time_result(
     plan: &MeasurementPlan,
     scene: &Scene,
-    cell: &Cell,
-    first: &Cell,
+    run: &RunConfig,
+    first: &RunConfig,
     records: &[FrameRecord],
-) -> Option<CellTime> {
-    let timed_frames = |cell: &Cell| -> BTreeMap<u32, &FrameRecord> {
-        let own =
-            records.iter().filter(|record| record.cell == cell.name && record.get("total_ms").is_some());
+) -> Option<TimeResult> {
+    let timed_frames = |run: &RunConfig| -> BTreeMap<u32, &FrameRecord> {
+        let own = records.iter().filter(|record| record.run == run.name && record.get("total_ms").is_some());
         own.map(|record| (record.frame, record)).collect()
     };
-    let (own, firsts) = (timed_frames(cell), timed_frames(first));
+    let (own, firsts) = (timed_frames(run), timed_frames(first));
     let total = |record: &FrameRecord| record.get("total_ms").unwrap_or_default();
     let totals: Vec<f64> = own.values().map(|record| total(record)).collect();
     let ratios: Vec<f64> =
@@ -56,10 +57,10 @@ pub fn cell_time(
         (amount > 0.0 && ms > 0.0).then(|| 1e3 * amount / ms)
     };
     let is = |name: &str, kinds: &[Work]| work(name).is_some_and(|work| kinds.contains(&work));
-    let config = cell.config.with_image_of(&plan.config);
+    let config = run.config.with_image_of(&plan.config);
     let rays = mean("camera_rays") + mean("shadow_rays") + mean("light_rays");
     let points = own.values().find_map(|record| record.get("points")).unwrap_or(0.0);
-    Some(CellTime {
+    Some(TimeResult {
         width: config.width,
         height: config.height,
         light_paths: mean("light_paths") as u32,
@@ -72,7 +73,7 @@ pub fn cell_time(
         rays_per_s: rate(rays, &|name| is(name, &TRACERS)).unwrap_or(0.0),
         points_per_s: rate(points, &|name| is(name, &GATHER)),
         light_paths_per_s: rate(mean("light_paths"), &|name| !is(name, &CAMERA)),
-        memory_bytes: memory(plan, cell, scene)
+        memory_bytes: memory(plan, run, scene)
             .into_iter()
             .flat_map(|memory| memory.buffers_bytes)
             .map(|(name, bytes)| (name.to_string(), bytes as u64))
@@ -109,7 +110,7 @@ mod tests {
         }
     }
 
-    fn record(cell: &str, frame: u32, slow: f64) -> FrameRecord {
+    fn record(run: &str, frame: u32, slow: f64) -> FrameRecord {
         let values = [
             ("total_ms", 11.0),
             ("pass.collect_ms", 4.0),
@@ -128,12 +129,13 @@ mod tests {
         ];
         let counts = counts.into_iter().chain((frame == 3).then_some(("points", 800.0)));
         let values = times.into_iter().chain(counts.map(|(name, count)| (name.to_string(), count))).collect();
-        FrameRecord { frame, cell: cell.into(), values }
+        FrameRecord { frame, run: run.into(), values }
     }
 
     #[test]
     fn rates_are_those_of_the_passes_that_do_the_work() {
-        let [first, other] = ["first", "other"].map(|name| Cell { name: name.into(), ..Cell::new(&BASIC) });
+        let [first, other] =
+            ["first", "other"].map(|name| RunConfig { name: name.into(), ..RunConfig::new(&BASIC) });
         let plan = plan();
         // The machine slows down by half in the last frame.
         let slow = [1.0, 1.0, 1.0, 1.5];
@@ -141,7 +143,7 @@ mod tests {
             .zip(slow)
             .flat_map(|(frame, slow)| [record("first", frame, 2.0 * slow), record("other", frame, slow)])
             .collect();
-        let time = cell_time(&plan, &Scene::default(), &other, &first, &records).unwrap();
+        let time = time_result(&plan, &Scene::default(), &other, &first, &records).unwrap();
         assert_eq!(time.total_ms, Quartiles { lower: 11.0, median: 11.0, upper: 12.375 });
         assert_eq!(time.ratio_to_first, Some(0.5));
         assert_eq!((time.rays, time.rays_per_s), (6000.0, 1e6), "6000 in collect and shoot");
@@ -158,8 +160,8 @@ mod tests {
                 record
             })
             .collect();
-        let time = cell_time(&plan, &Scene::default(), &other, &first, &records).unwrap();
+        let time = time_result(&plan, &Scene::default(), &other, &first, &records).unwrap();
         assert_eq!(time.points_per_s, None);
-        assert!(cell_time(&plan, &Scene::default(), &other, &first, &[]).is_none());
+        assert!(time_result(&plan, &Scene::default(), &other, &first, &[]).is_none());
     }
 }

@@ -46,7 +46,7 @@ mod tests {
     fn every_buffer_that_outlives_a_frame_has_its_words() {
         let strides: BTreeMap<&str, usize> =
             passes().iter().flat_map(|pass| pass.buffers).map(|bound| (bound.name, bound.stride)).collect();
-        let stages = STAGES.into_iter().chain(emission::ALL.iter().map(|emission| &emission.stage));
+        let stages = STAGES.iter().copied().chain(emission::ALL.iter().map(|emission| &emission.stage));
         let of_kinds = method::ALL.iter().map(|method| method.keeps);
         let of_kinds = of_kinds.chain(history::ALL.iter().map(|history| history.keeps));
         let of_kinds = of_kinds.chain(stages.map(|stage| stage.keeps));

@@ -80,7 +80,7 @@ pub struct Parts {
 }
 
 /// Stages that can be switched on, in the order in which they run within a slot.
-pub const STAGES: [&FrameStage; 6] = [&PATH_HISTORY, &BOUND, &WIDEN, &WEIGH, &BALANCE, &AUXILIARY_LAYERS];
+pub const STAGES: &[&FrameStage] = &[&PATH_HISTORY, &BOUND, &WIDEN, &WEIGH, &BALANCE, &AUXILIARY_LAYERS];
 
 /// A set of [`STAGES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -114,10 +114,10 @@ impl Parts {
     pub fn all_stages(&self) -> impl Iterator<Item = &'static FrameStage> + use<> {
         let is_on = |stage: &FrameStage| self.stages.has(stage);
         let emission = &self.emission.stage;
-        let needed = STAGES.into_iter().filter(|stage| is_on(stage)).chain([emission]);
+        let needed = STAGES.iter().copied().filter(|stage| is_on(stage)).chain([emission]);
         let needed: Vec<&FrameStage> = needed.flat_map(|stage| stage.needs).copied().collect();
         let own: Vec<&FrameStage> =
-            STAGES.into_iter().filter(|stage| is_on(stage) || needed.contains(stage)).collect();
+            STAGES.iter().copied().filter(|stage| is_on(stage) || needed.contains(stage)).collect();
         own.into_iter().chain([emission])
     }
 

@@ -96,12 +96,12 @@ fn render(source: &Source) -> Result<Hashes, Box<dyn std::error::Error>> {
     let half = 0.5 * scene.duration();
     let times = [0.0, 0.0, 1.0 / 24.0, half.max(1.0 / 12.0)];
     let mut hashes = Hashes::new();
-    for Configuration { name, cell } in &source.configurations {
+    for Configuration { name, run } in &source.configurations {
         scene.pose(0.0)?;
-        let features = cell.config.features(&scene);
+        let features = run.config.features(&scene);
         let view = scene.camera(Some(&camera))?.clone();
         let cpu = RunnerChoice::Cpu { threads: 1 };
-        let mut session = Session::new(&cpu, &scene, &view, &cell.config, features)?;
+        let mut session = Session::new(&cpu, &scene, &view, &run.config, features)?;
         let mut hash = Hash::NEW;
         for (frame, time) in times.into_iter().enumerate() {
             scene.pose(time)?;

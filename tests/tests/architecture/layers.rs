@@ -97,11 +97,11 @@ const LIBRARY: &[&[&str]] = &[
 
 /// Layers of the experiments.
 const BENCH: &[&[&str]] = &[
-    &["cell", "gain", "identity", "plan", "record", "renamed"],
+    &["gain", "identity", "plan", "record", "renamed", "run_config"],
     &["error", "limits", "memory", "parameter", "reference"],
     &["cost", "measure"],
     &["result"],
-    &["cell_parameters", "store", "table", "timing"],
+    &["run_parameters", "store", "table", "timing"],
     &["matrix", "report"],
     &["sweep"],
     &["fuzzing"],

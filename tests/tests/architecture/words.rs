@@ -29,6 +29,16 @@ const NOWHERE: &[&str] = &[];
 /// Code in which a connection is no socket and a lane no SIMD lane.
 const NOT_THE_VIEWER: &[&str] =
     &["kernels", "scenes", "tests", "fuzz", "host/bench/src", "host/src/inspect", "host/scene/src"];
+/// Code of sweeps, in which a cell is no cell of a grid or a table.
+const SWEEPS: &[&str] = &[
+    "host/bench/src/matrix.rs",
+    "host/bench/src/measure.rs",
+    "host/bench/src/parameter.rs",
+    "host/bench/src/result.rs",
+    "host/bench/src/sweep",
+    "host/cli/src/command/sweep.rs",
+    "host/cli/src/command/view",
+];
 
 /// A banned word.
 const fn banned(
@@ -114,6 +124,8 @@ const BANNED: &[Banned] = &[
         NOWHERE,
     ),
     banned(&["told", "said"], "message, printed", CODE, NOWHERE),
+    // Sweeps
+    banned(&["cell", "cells"], "run configuration", SWEEPS, SWEEPS),
     // Records
     banned(
         &["row", "rows"],

@@ -1,4 +1,4 @@
-//! Before and after: the same cells in other results, and whether what differs is more than noise.
+//! Before and after: the same run configurations in other results, and whether what differs is more than noise.
 
 use super::load::Measured;
 use super::name::{Names, size};
@@ -11,7 +11,7 @@ const MIN_SIGNIFICANT: f64 = 3.0;
 
 /// A value before and after.
 struct Change {
-    cell: String,
+    run: String,
     what: &'static str,
     before: f64,
     after: f64,
@@ -19,25 +19,25 @@ struct Change {
     z: Option<f64>,
 }
 
-/// Times and errors of cells that both have; none where they share no cell.
+/// Times and errors of run configurations that both have; none where they share none.
 pub fn changes(before: &[Measured], after: &[Measured], names: &Names) -> Option<Table> {
     let mut changes = Vec::new();
-    for cell in after {
-        let same = |other: &&Measured| other.result.cell == cell.result.cell && size(other) == size(cell);
+    for run in after {
+        let same = |other: &&Measured| other.result.config == run.result.config && size(other) == size(run);
         let Some(other) = before.iter().find(same) else { continue };
-        let name = format!("{} · {}", cell.result.cell.scene, names.label(cell));
-        if let (Some(old), Some(new)) = (&other.result.time, &cell.result.time) {
+        let name = format!("{} · {}", run.result.config.scene, names.label(run));
+        if let (Some(old), Some(new)) = (&other.result.time, &run.result.time) {
             let (before, after) = (old.total_ms.median, new.total_ms.median);
             let off = deviation(&old.total_ms, old.frames).hypot(deviation(&new.total_ms, new.frames));
             changes.push(Change {
-                cell: name.clone(),
+                run: name.clone(),
                 what: "time [ms]",
                 before,
                 after,
                 z: z(before, after, off),
             });
         }
-        changes.extend(MEASURES.into_iter().filter_map(|measure| error_change(&name, other, cell, measure)));
+        changes.extend(MEASURES.into_iter().filter_map(|measure| error_change(&name, other, run, measure)));
     }
     (!changes.is_empty()).then(|| table(&changes))
 }
@@ -47,7 +47,7 @@ fn error_change(name: &str, old: &Measured, new: &Measured, measure: &'static Me
     let (before, after) = (old.get(measure)?, new.get(measure)?);
     let off = old.standard_error(measure).zip(new.standard_error(measure));
     let z = off.and_then(|(old, new)| z(before, after, old.hypot(new)));
-    Some(Change { cell: name.into(), what: measure.head, before, after, z })
+    Some(Change { run: name.into(), what: measure.head, before, after, z })
 }
 
 /// Standard error of a median, by its quartiles, as of normal noise.
@@ -79,7 +79,7 @@ fn table(changes: &[Change]) -> Table {
     };
     let ratio = |change: &Change| Some(change.after / change.before).filter(|ratio| ratio.is_finite());
     let columns = vec![
-        column("cell", "cell", &|change| TableValue::Text(change.cell.clone())),
+        column("configuration", "cell", &|change| TableValue::Text(change.run.clone())),
         column("measure", "measure", &|change| TableValue::Text(change.what.into())),
         column("before", "before", &|change| TableValue::number(Some(change.before))),
         column("after", "after", &|change| TableValue::number(Some(change.after))),
@@ -95,26 +95,26 @@ mod tests {
     use super::*;
     use crate::error::FLIP;
     use crate::parameter::METHOD;
-    use crate::result::{CellConfig, CellError, CellResult, CellTime};
+    use crate::result::{ConfigValues, ErrorResult, RunResult, TimeResult};
 
-    fn cell(method: &str, ms: f64, flip: f64, flip_off: f64) -> Measured {
-        let mut error = CellError::default().with(&FLIP, Some(flip));
+    fn run(method: &str, ms: f64, flip: f64, flip_off: f64) -> Measured {
+        let mut error = ErrorResult::default().with(&FLIP, Some(flip));
         error.standard_errors.insert(FLIP.key.into(), flip_off);
         let total_ms = Quartiles { lower: ms - 1.0, median: ms, upper: ms + 1.0 };
-        let result = CellResult {
-            cell: CellConfig::new("a", "main").with(&METHOD, method),
-            time: Some(CellTime { total_ms, frames: 16, ..CellTime::default() }),
+        let result = RunResult {
+            config: ConfigValues::new("a", "main").with(&METHOD, method),
+            time: Some(TimeResult { total_ms, frames: 16, ..TimeResult::default() }),
             error: Some(error),
-            ..CellResult::default()
+            ..RunResult::default()
         };
         Measured { result, folder: "".into() }
     }
 
     #[test]
     fn what_differs_by_more_than_noise_is_called_better_or_worse() {
-        let before = [cell("basic", 100.0, 0.1, 0.001), cell("path", 50.0, 0.2, 0.01)];
+        let before = [run("basic", 100.0, 0.1, 0.001), run("path", 50.0, 0.2, 0.01)];
         let after =
-            [cell("basic", 90.0, 0.11, 0.001), cell("path", 50.5, 0.2, 0.01), cell("new", 1.0, 0.1, 0.1)];
+            [run("basic", 90.0, 0.11, 0.001), run("path", 50.5, 0.2, 0.01), run("new", 1.0, 0.1, 0.1)];
         let rows = changes(&before, &after, &Names::new(&after)).unwrap().rows();
         let verdicts: Vec<(&str, &str, &str)> =
             rows[1..].iter().map(|row| (row[0].as_str(), row[1].as_str(), row[6].as_str())).collect();

@@ -1,4 +1,5 @@
-//! What a scene does not need, and what leaving it out gains: pairs of cells that differ in `features` only.
+//! What a scene does not need, and what leaving it out gains: pairs of run configurations that differ only in
+//! `features`.
 
 use caustics_kernels::interface::features::Features;
 use maud::{Markup, html};
@@ -13,15 +14,16 @@ use caustics::scene;
 /// The default of `--specular-roughness`, which decides what is a caster.
 const SPECULAR_ROUGHNESS: f32 = 0.25;
 
-/// A cell as the scene needs it, and the same with all code compiled in.
+/// A run configuration as the scene needs it, and the same with all code compiled in.
 type Pair<'a> = (&'a Measured, &'a Measured);
 
 /// The table over all scenes; none without a pair. Its last column repeats what each scene does without.
 pub fn features(scenes: &[ReportScene], names: &Names) -> Option<Table> {
     let mut rows: Vec<(String, String, Pair)> = Vec::new();
     for scene in scenes {
-        let pairs = pairs(&scene.cells);
-        let unneeded = if pairs.is_empty() { String::new() } else { unneeded(&pairs[0].0.result.cell.scene) };
+        let pairs = pairs(&scene.runs);
+        let unneeded =
+            if pairs.is_empty() { String::new() } else { unneeded(&pairs[0].0.result.config.scene) };
         rows.extend(pairs.into_iter().map(|pair| (scene.title.clone(), unneeded.clone(), pair)));
     }
     if rows.is_empty() {
@@ -29,7 +31,7 @@ pub fn features(scenes: &[ReportScene], names: &Names) -> Option<Table> {
     }
     let word =
         |text: &String| if text.is_empty() { TableValue::None } else { TableValue::Text(text.clone()) };
-    let ms = |cell: &Measured| cell.result.time.as_ref().map(|time| time.total_ms.median);
+    let ms = |run: &Measured| run.result.time.as_ref().map(|time| time.total_ms.median);
     let gain = |pair: &Pair| Some(100.0 * (1.0 - ratio(pair)?));
     let percent = |value: Option<f64>| {
         value.map_or(TableValue::None, |value| TableValue::Number(value, format!("{value:.1} %")))
@@ -38,9 +40,9 @@ pub fn features(scenes: &[ReportScene], names: &Names) -> Option<Table> {
     let columns = vec![
         column("scene", "scene", rows.iter().map(|(scene, ..)| TableValue::Text(scene.clone())).collect()),
         column(
+            "configuration",
             "cell",
-            "cell",
-            rows.iter().map(|(.., (cell, _))| TableValue::Text(names.label(cell))).collect(),
+            rows.iter().map(|(.., (run, _))| TableValue::Text(names.label(run))).collect(),
         ),
         column(
             "as needed [ms]",
@@ -75,27 +77,27 @@ pub fn inline(table: &Table) -> Markup {
     }
 }
 
-fn pairs<'a>(cells: &[&'a Measured]) -> Vec<Pair<'a>> {
-    let timed: Vec<&Measured> = cells.iter().copied().filter(|cell| cell.result.time.is_some()).collect();
-    let device = |cell: &Measured| cell.result.provenance.device.clone();
+fn pairs<'a>(runs: &[&'a Measured]) -> Vec<Pair<'a>> {
+    let timed: Vec<&Measured> = runs.iter().copied().filter(|run| run.result.time.is_some()).collect();
+    let device = |run: &Measured| run.result.provenance.device.clone();
     let size =
-        |cell: &Measured| cell.result.time.as_ref().map(|time| (time.width, time.height, time.light_paths));
+        |run: &Measured| run.result.time.as_ref().map(|time| (time.width, time.height, time.light_paths));
     let mut pairs = Vec::new();
-    for cell in timed.iter().filter(|cell| cell.result.cell.text(&FEATURES) == "scene") {
-        let wanted = cell.result.cell.clone().with(&FEATURES, "all");
+    for run in timed.iter().filter(|run| run.result.config.text(&FEATURES) == "scene") {
+        let wanted = run.result.config.clone().with(&FEATURES, "all");
         let other = timed.iter().find(|other| {
             // Times of other runs were not taken in turns with these.
-            other.result.cell == wanted
-                && other.folder == cell.folder
-                && device(other) == device(cell)
-                && size(other) == size(cell)
+            other.result.config == wanted
+                && other.folder == run.folder
+                && device(other) == device(run)
+                && size(other) == size(run)
         });
-        pairs.extend(other.map(|other| (*cell, *other)));
+        pairs.extend(other.map(|other| (*run, *other)));
     }
     pairs
 }
 
-/// Time of the first of a pair over that of the second: by turns, if both were held against the same cell.
+/// Time of the first of a pair over that of the second: by turns, if both were held against the same configuration.
 fn ratio((one, other): &Pair) -> Option<f64> {
     let (one, other) = (one.result.time.as_ref()?, other.result.time.as_ref()?);
     let turns = one.ratio_to_first.zip(other.ratio_to_first).filter(|_| one.first == other.first);
@@ -117,40 +119,40 @@ mod tests {
     use super::*;
     use crate::parameter::{METHOD, PATHS_PER_PIXEL};
     use crate::report::scene::scenes;
-    use crate::result::{CellConfig, CellResult, CellTime, Quartiles};
+    use crate::result::{ConfigValues, Quartiles, RunResult, TimeResult};
 
-    fn cell(features: &str, paths: f64, ms: f64) -> Measured {
-        let cell = CellConfig::new("nowhere", "")
+    fn run(features: &str, paths: f64, ms: f64) -> Measured {
+        let config = ConfigValues::new("nowhere", "")
             .with(&METHOD, "basic")
             .with(&FEATURES, features)
             .with(&PATHS_PER_PIXEL, &paths.to_string());
         let total_ms = Quartiles { median: ms, ..Quartiles::default() };
-        let time = Some(CellTime { total_ms, ..CellTime::default() });
-        Measured { result: CellResult { cell, time, ..CellResult::default() }, folder: "".into() }
+        let time = Some(TimeResult { total_ms, ..TimeResult::default() });
+        Measured { result: RunResult { config, time, ..RunResult::default() }, folder: "".into() }
     }
 
     #[test]
-    fn only_cells_that_differ_in_needs_alone_are_pairs() {
-        let mut cells = vec![
-            cell("all", 1.0, 10.0),
-            cell("scene", 1.0, 8.0),
-            cell("scene", 2.0, 20.0),
-            cell("all", 4.0, 40.0),
+    fn only_configurations_that_differ_in_features_alone_are_pairs() {
+        let mut runs = vec![
+            run("all", 1.0, 10.0),
+            run("scene", 1.0, 8.0),
+            run("scene", 2.0, 20.0),
+            run("all", 4.0, 40.0),
         ];
-        let names = Names::new(&cells);
-        let rows = features(&scenes(&cells), &names).unwrap().rows();
+        let names = Names::new(&runs);
+        let rows = features(&scenes(&runs), &names).unwrap().rows();
         assert_eq!(rows[0], ["scene", "cell", "scene_ms", "all_ms", "saved_percent"]);
         assert_eq!(rows[1][..4], ["nowhere", "basic · 1 path/px", "8", "10"]);
         assert!((rows[1][4].parse::<f64>().unwrap() - 20.0).abs() < 1e-9 && rows.len() == 2);
         // In their turns the one took a quarter less.
-        for (cell, ratio) in cells.iter_mut().zip([1.0, 0.75]) {
-            let time = cell.result.time.as_mut().unwrap();
+        for (run, ratio) in runs.iter_mut().zip([1.0, 0.75]) {
+            let time = run.result.time.as_mut().unwrap();
             (time.ratio_to_first, time.first) = (Some(ratio), "first".into());
         }
-        let rows = features(&scenes(&cells), &names).unwrap().rows();
+        let rows = features(&scenes(&runs), &names).unwrap().rows();
         assert!((rows[1][4].parse::<f64>().unwrap() - 25.0).abs() < 1e-9);
-        cells[0].result.provenance.device = "another".into();
-        assert!(features(&scenes(&cells), &names).is_none());
+        runs[0].result.provenance.device = "another".into();
+        assert!(features(&scenes(&runs), &names).is_none());
     }
 
     #[test]

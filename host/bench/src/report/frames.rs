@@ -1,4 +1,4 @@
-//! A measure over the frames of an animation: a line a cell.
+//! A measure over the frames of an animation: a line for each run configuration.
 
 use maud::{Markup, html};
 
@@ -45,7 +45,7 @@ fn drawn() -> impl Iterator<Item = Drawn> {
     std::iter::once(time).chain(MEASURES.into_iter().map(error))
 }
 
-/// A cell's line.
+/// Line of a run configuration.
 struct Line {
     name: String,
     color: String,
@@ -60,29 +60,29 @@ pub fn frames(scene: &ReportScene, names: &Names) -> Vec<Figure> {
 }
 
 fn figure(scene: &ReportScene, names: &Names, measure: &Drawn) -> Option<Figure> {
-    let points = |cell: &Measured| -> Vec<(f64, f64)> {
-        let frames = cell.result.frames.iter();
+    let points = |run: &Measured| -> Vec<(f64, f64)> {
+        let frames = run.result.frames.iter();
         let mut points: Vec<(f64, f64)> =
             frames.filter_map(|frame| Some((f64::from(frame.frame), (measure.value)(frame)?))).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points
     };
-    let all: Vec<&Measured> = scene.cells.iter().copied().filter(|cell| !points(cell).is_empty()).collect();
-    let cells = if all.len() <= LINES {
+    let all: Vec<&Measured> = scene.runs.iter().copied().filter(|run| !points(run).is_empty()).collect();
+    let runs = if all.len() <= LINES {
         all.clone()
     } else {
-        scene.chosen(names, LINES, |cell| !points(cell).is_empty())
+        scene.chosen(names, LINES, |run| !points(run).is_empty())
     };
     let mut lines: Vec<Line> = Vec::new();
-    for cell in &cells {
-        let series = names.series(&cell.result.cell);
+    for run in &runs {
+        let series = names.series(&run.result.config);
         let color = names.color(series);
         let dash = DASHES[lines.iter().filter(|line| line.color == color).count() % DASHES.len()];
-        lines.push(Line { name: names.label(cell), color, dash, series, points: points(cell) });
+        lines.push(Line { name: names.label(run), color, dash, series, points: points(run) });
     }
     let notes = match all.len() - lines.len() {
         0 => vec![],
-        left => vec![format!("{left} more cells have frames: here is one of each kind.")],
+        left => vec![format!("{left} more configurations have frames: here is one of each kind.")],
     };
     let legend = lines.iter().map(|line| LegendEntry {
         color: line.color.clone(),

@@ -1,4 +1,5 @@
-//! How the time of a frame grows with its work: cells that differ in one quantity only, and the exponents that fit them.
+//! How the time of a frame grows with its work: run configurations that differ in only one quantity, and the exponents
+//! that fit them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -13,7 +14,7 @@ use super::number::{at, number, short};
 use super::plot::Area;
 use super::table::{Column, Table, TableValue};
 use crate::parameter::{MAX_BOUNCES, PARAMETERS, PATHS_PER_PIXEL, Parameter, VisualEncoding};
-use crate::result::{CellConfig, CellTime, Provenance, Quartiles};
+use crate::result::{ConfigValues, Provenance, Quartiles, TimeResult};
 
 /// Fewest values of a quantity that an exponent is fitted to.
 const FEWEST: usize = 4;
@@ -28,7 +29,7 @@ const FRAME: &str = "frame";
 struct Quantity {
     slug: &'static str,
     name: &'static str,
-    value: fn(&CellConfig, &CellTime) -> f64,
+    value: fn(&ConfigValues, &TimeResult) -> f64,
 }
 
 const QUANTITIES: [Quantity; 4] = [
@@ -39,7 +40,7 @@ const QUANTITIES: [Quantity; 4] = [
         value: |_, time| f64::from(time.width) * f64::from(time.height),
     },
     Quantity { slug: "triangles", name: "triangles", value: |_, time| time.triangles as f64 },
-    Quantity { slug: "bounces", name: "bounces", value: |cell, _| cell.number(&MAX_BOUNCES) },
+    Quantity { slug: "bounces", name: "bounces", value: |config, _| config.number(&MAX_BOUNCES) },
 ];
 
 /// A slope in logarithmic axes.
@@ -66,7 +67,7 @@ struct Part {
     last: Slope,
 }
 
-/// What cells of a series share.
+/// What the configurations of a series share.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Name {
     /// Scene, method and gather.
@@ -81,10 +82,10 @@ impl Name {
     }
 }
 
-/// Cells that differ in one quantity only.
+/// Run configurations that differ in only one quantity.
 struct Growth {
     quantity: &'static Quantity,
-    cell: Name,
+    name: Name,
     slug: String,
     values: Vec<f64>,
     parts: Vec<Part>,
@@ -103,10 +104,10 @@ impl Growth {
 
 /// The table of the exponents of all series, and charts of those of each quantity with the most values; none without a
 /// series.
-pub fn growth(cells: &[Measured]) -> Option<(Vec<Figure>, Table)> {
+pub fn growth(runs: &[Measured]) -> Option<(Vec<Figure>, Table)> {
     let (mut all, mut figures) = (Vec::new(), Vec::new());
     for quantity in &QUANTITIES {
-        let mut series = series(cells, quantity);
+        let mut series = series(runs, quantity);
         series.sort_by_key(|growth| std::cmp::Reverse(growth.values.len()));
         figures.extend(series.iter().take(CHARTS).filter_map(figure));
         all.append(&mut series);
@@ -117,18 +118,18 @@ pub fn growth(cells: &[Measured]) -> Option<(Vec<Figure>, Table)> {
 /// What a series is of: its name, and one run of one program on one machine.
 type SeriesKey<'a> = (Name, &'a Path, [&'a str; 4]);
 
-fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
-    let mut series: BTreeMap<SeriesKey, Vec<(f64, &CellTime)>> = BTreeMap::new();
-    for cell in cells {
-        let Some(time) = &cell.result.time else { continue };
-        let Some(name) = name(&cell.result.cell, time, quantity) else { continue };
-        let Provenance { commit, kernels, device, machine, .. } = &cell.result.provenance;
+fn series(runs: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
+    let mut series: BTreeMap<SeriesKey, Vec<(f64, &TimeResult)>> = BTreeMap::new();
+    for run in runs {
+        let Some(time) = &run.result.time else { continue };
+        let Some(name) = name(&run.result.config, time, quantity) else { continue };
+        let Provenance { commit, kernels, device, machine, .. } = &run.result.provenance;
         let origin = [commit, kernels, device, machine].map(String::as_str);
-        let key = (name, cell.folder.as_path(), origin);
-        series.entry(key).or_default().push(((quantity.value)(&cell.result.cell, time), time));
+        let key = (name, run.folder.as_path(), origin);
+        series.entry(key).or_default().push(((quantity.value)(&run.result.config, time), time));
     }
     let mut all = Vec::new();
-    for ((cell, ..), mut points) in series {
+    for ((name, ..), mut points) in series {
         points.retain(|(value, _)| *value > 1.0);
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points.dedup_by(|a, b| a.0 == b.0);
@@ -137,36 +138,37 @@ fn series(cells: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
         }
         let values: Vec<f64> = points.iter().map(|(value, _)| *value).collect();
         let steps: Vec<f64> = values.iter().map(|value| value * value.ln()).collect();
-        let whole = cell.whole();
+        let whole = name.whole();
         let words =
             whole.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
         let slug = ["growth", quantity.slug].into_iter().chain(words).collect::<Vec<_>>().join("-");
         let limit = fit(&values, &steps).exponent;
         let last_limit = last_step(&values, &steps, &[0.0; 2]).exponent;
-        all.push(Growth { quantity, cell, slug, parts: parts(&values, &points), values, limit, last_limit });
+        all.push(Growth { quantity, name, slug, parts: parts(&values, &points), values, limit, last_limit });
     }
     all
 }
 
-/// All that cells of a series share: in words, what decides a frame but the quantity. None where it does not vary.
-fn name(cell: &CellConfig, time: &CellTime, quantity: &Quantity) -> Option<Name> {
+/// All that the configurations of a series share: in words, what decides a frame but the quantity. None where it does not
+/// vary.
+fn name(config: &ConfigValues, time: &TimeResult, quantity: &Quantity) -> Option<Name> {
     let is = |slug| quantity.slug == slug;
-    let scene = if is("triangles") { family(&cell.scene)? } else { &cell.scene };
+    let scene = if is("triangles") { family(&config.scene)? } else { &config.scene };
     let mut words = Vec::new();
     words.extend((!is("pixels")).then(|| format!("{}×{}", time.width, time.height)));
     words.extend((!is("light-paths")).then(|| format!("{} light paths", time.light_paths)));
-    words.push(format!("camera {}", cell.camera));
+    words.push(format!("camera {}", config.camera));
     let own =
         |parameter: &Parameter| *parameter == PATHS_PER_PIXEL || (*parameter == MAX_BOUNCES && is("bounces"));
     words.extend(PARAMETERS.into_iter().filter(|parameter| !own(parameter)).filter_map(|parameter| {
         match parameter.shown {
-            VisualEncoding::Words(_, words) if cell.text(parameter) != parameter.neutral => {
-                Some(words(&cell.text(parameter)))
+            VisualEncoding::Words(_, words) if config.text(parameter) != parameter.neutral => {
+                Some(words(&config.text(parameter)))
             }
             _ => None,
         }
     }));
-    Some(Name { head: format!("{scene} · {}", Series::new(cell).name()), rest: words.join(" · ") })
+    Some(Name { head: format!("{scene} · {}", Series::new(config).name()), rest: words.join(" · ") })
 }
 
 /// The name of a scene that is made in several numbers of triangles: `cornell` of `cornell-10k`.
@@ -177,8 +179,8 @@ fn family(scene: &str) -> Option<&str> {
 }
 
 /// The frame, and the passes that take a part of it that shows somewhere.
-fn parts(values: &[f64], points: &[(f64, &CellTime)]) -> Vec<Part> {
-    let times = |quartiles: &dyn Fn(&CellTime) -> Option<Quartiles>| -> Vec<Quartiles> {
+fn parts(values: &[f64], points: &[(f64, &TimeResult)]) -> Vec<Part> {
+    let times = |quartiles: &dyn Fn(&TimeResult) -> Option<Quartiles>| -> Vec<Quartiles> {
         points.iter().map(|(_, time)| quartiles(time).unwrap_or_default()).collect()
     };
     let part = |name: &str, times: &[Quartiles]| {
@@ -245,7 +247,7 @@ fn table(all: &[Growth]) -> Table {
         column("grows with", "quantity", &|growth, _| text(growth.quantity.name)),
         column("from", "from", &|growth, _| TableValue::number(growth.values.first().copied())),
         column("to", "to", &|growth, _| TableValue::number(end(&growth.values))),
-        column("cell", "cell", &|growth, _| text(&growth.cell.whole())),
+        column("configuration", "cell", &|growth, _| text(&growth.name.whole())),
         column("part", "part", &|_, part| text(&part.name)),
         column("at the end [ms]", "last_ms", &|_, part| TableValue::number(end(&part.ms))),
         column("exponent", "exponent", &|_, part| two(part.whole.exponent)),
@@ -262,7 +264,7 @@ fn table(all: &[Growth]) -> Table {
 }
 
 fn figure(growth: &Growth) -> Option<Figure> {
-    let Growth { quantity, cell, parts, .. } = growth;
+    let Growth { quantity, name, parts, .. } = growth;
     let entry = |(rank, part): (usize, &Part)| LegendEntry {
         color: color(rank),
         shape: Some(SHAPES[rank % SHAPES.len()]),
@@ -276,11 +278,11 @@ fn figure(growth: &Growth) -> Option<Figure> {
     }
     Some(Figure {
         name: growth.slug.clone(),
-        title: format!("Time against {}: {}", quantity.name, cell.head),
+        title: format!("Time against {}: {}", quantity.name, name.head),
         wide: draw(growth, Size::Wide)?,
         narrow: draw(growth, Size::Narrow)?,
         legend: parts.iter().enumerate().map(entry).collect(),
-        notes: vec![format!("{}.", cell.rest)],
+        notes: vec![format!("{}.", name.rest)],
         rows,
     })
 }
@@ -327,28 +329,28 @@ fn draw_part(growth: &Growth, part: &Part, rank: usize, x: &Axis, y: &Axis) -> M
 mod tests {
     use super::*;
     use crate::parameter::{METHOD, RADIUS_PX};
-    use crate::result::{CellResult, Quartiles};
+    use crate::result::{Quartiles, RunResult};
 
-    fn cell(light_paths: u32, shoot: f64, gather: f64) -> Measured {
+    fn run(light_paths: u32, shoot: f64, gather: f64) -> Measured {
         let quartiles = |median| Quartiles { median, ..Quartiles::default() };
-        let time = CellTime {
+        let time = TimeResult {
             width: 8,
             height: 4,
             light_paths,
             total_ms: quartiles(shoot + gather + 1.0),
             pass_ms: [("shoot.store".into(), quartiles(shoot)), ("gather.x".into(), quartiles(gather))]
                 .into(),
-            ..CellTime::default()
+            ..TimeResult::default()
         };
-        let cell = CellConfig::new("ring", "").with(&METHOD, "basic").with(&RADIUS_PX, "1");
-        let result = CellResult { time: Some(time), cell, ..CellResult::default() };
+        let config = ConfigValues::new("ring", "").with(&METHOD, "basic").with(&RADIUS_PX, "1");
+        let result = RunResult { time: Some(time), config, ..RunResult::default() };
         Measured { result, folder: "".into() }
     }
 
     #[test]
     fn exponents_of_known_growth_are_found_and_a_square_is_too_much() {
-        let cells = [1e3, 1e4, 1e5, 1e6].map(|n: f64| cell(n as u32, 2e-6 * n * n.ln(), 1e-9 * n * n));
-        let (figures, table) = growth(&cells).unwrap();
+        let runs = [1e3, 1e4, 1e5, 1e6].map(|n: f64| run(n as u32, 2e-6 * n * n.ln(), 1e-9 * n * n));
+        let (figures, table) = growth(&runs).unwrap();
         let rows = table.rows();
         let part_row = |part: &str| rows.iter().find(|row| row[4] == part).unwrap();
         let number = |part, column: usize| part_row(part)[column].parse::<f64>().unwrap();
@@ -363,14 +365,14 @@ mod tests {
     #[test]
     fn a_fixed_cost_hides_no_square() {
         let of_gather = |spread: f64| {
-            let mut cells = [1e3, 1e4, 1e5, 1e6].map(|n: f64| cell(n as u32, 1e-6 * n, 1.0 + 1e-10 * n * n));
-            for cell in &mut cells {
-                let time = cell.result.time.as_mut().unwrap();
+            let mut runs = [1e3, 1e4, 1e5, 1e6].map(|n: f64| run(n as u32, 1e-6 * n, 1.0 + 1e-10 * n * n));
+            for run in &mut runs {
+                let time = run.result.time.as_mut().unwrap();
                 let gather = time.pass_ms.get_mut("gather.x").unwrap();
                 let median = gather.median;
                 (gather.lower, gather.upper, time.frames) = (median / spread, median * spread, 8);
             }
-            growth(&cells).unwrap().1.rows().into_iter().find(|row| row[4] == "gather.x").unwrap()
+            growth(&runs).unwrap().1.rows().into_iter().find(|row| row[4] == "gather.x").unwrap()
         };
         // 1, 1.01, 2 and 101 ms: the slope over all is small, that of the last step is not.
         let row = of_gather(1.05);
@@ -382,14 +384,14 @@ mod tests {
 
     #[test]
     fn few_values_and_other_settings_make_no_series() {
-        let mut cells = [1e3, 1e4, 1e5, 1e6].map(|n: f64| cell(n as u32, n, n));
-        assert!(growth(&cells[1..]).is_none());
-        cells[3].result.cell.set(&RADIUS_PX, "2");
-        assert!(growth(&cells).is_none());
-        cells[3].result.cell = cells[2].result.cell.clone();
-        assert!(growth(&cells).is_some());
-        cells[3].folder = "another run".into();
-        assert!(growth(&cells).is_none());
+        let mut runs = [1e3, 1e4, 1e5, 1e6].map(|n: f64| run(n as u32, n, n));
+        assert!(growth(&runs[1..]).is_none());
+        runs[3].result.config.set(&RADIUS_PX, "2");
+        assert!(growth(&runs).is_none());
+        runs[3].result.config = runs[2].result.config.clone();
+        assert!(growth(&runs).is_some());
+        runs[3].folder = "another run".into();
+        assert!(growth(&runs).is_none());
     }
 
     #[test]

@@ -73,7 +73,7 @@ impl ReportImages {
         }
         // All of it is decoded: a browser would show half of a truncated one without a word.
         let decoded = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
-            .with_context(|| format!("{} is no PNG; measure its cell again", path.display()))?;
+            .with_context(|| format!("{} is no PNG; measure its run configuration again", path.display()))?;
         let image = ReportImage { id: self.all.len(), width: decoded.width(), height: decoded.height() };
         self.all.push((format!("data:image/png;base64,{}", STANDARD.encode(&bytes)), image));
         self.ids.insert(bytes, image);

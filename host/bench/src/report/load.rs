@@ -1,4 +1,4 @@
-//! The cells of folders of results: every `DIR/cells/*.json`, and the images beside them.
+//! The run configurations of folders of results: every `DIR/cells/*.json`, and the images beside them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 
 use crate::parameter::{PARAMETERS, Parameter, Values};
-use crate::result::CellResult;
+use crate::result::RunResult;
 use crate::store;
 
-/// A cell that was measured, and the folder of its file.
+/// A run configuration that was measured, and the folder of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// What its file says.
-    pub result: CellResult,
+    pub result: RunResult,
     /// Where its images are.
     pub folder: PathBuf,
 }
@@ -25,18 +25,18 @@ impl Measured {
     }
 }
 
-/// All cells by scene and name, and warnings. Of two files of one identity the later measure counts.
+/// All run configurations by scene and name, and warnings. Of two files of one identity the later measure counts.
 pub fn load(folders: &[PathBuf]) -> anyhow::Result<(Vec<Measured>, Vec<String>)> {
     let mut known: BTreeMap<String, Measured> = BTreeMap::new();
     let mut warnings = Vec::new();
     for folder in folders {
         for path in files(&folder.join("cells"))? {
-            let cell = read(&path)?;
-            let identity = cell.result.identity.clone();
+            let run = read(&path)?;
+            let identity = run.result.identity.clone();
             match known.get(&identity) {
-                Some(other) if other.result == cell.result => continue,
+                Some(other) if other.result == run.result => continue,
                 Some(other) => {
-                    let later = other.result.provenance.unix_s > cell.result.provenance.unix_s;
+                    let later = other.result.provenance.unix_s > run.result.provenance.unix_s;
                     warnings.push(format!("{identity} was measured more than once: the last one counts"));
                     if later {
                         continue;
@@ -44,31 +44,30 @@ pub fn load(folders: &[PathBuf]) -> anyhow::Result<(Vec<Measured>, Vec<String>)>
                 }
                 None => {}
             }
-            known.insert(identity, cell);
+            known.insert(identity, run);
         }
     }
     if known.is_empty() {
         let names: Vec<_> = folders.iter().map(|folder| folder.display().to_string()).collect();
-        bail!("no cell in {}: a folder of results holds cells/*.json", names.join(", "));
+        bail!("no result in {}: a folder of results holds cells/*.json", names.join(", "));
     }
-    let mut cells: Vec<Measured> = known.into_values().collect();
-    cells
-        .sort_by(|a, b| order(&a.result).partial_cmp(&order(&b.result)).unwrap_or(std::cmp::Ordering::Equal));
-    Ok((cells, warnings))
+    let mut runs: Vec<Measured> = known.into_values().collect();
+    runs.sort_by(|a, b| order(&a.result).partial_cmp(&order(&b.result)).unwrap_or(std::cmp::Ordering::Equal));
+    Ok((runs, warnings))
 }
 
-/// Cells of one scene together, those that differ in their paths only beside each other.
-fn order(result: &CellResult) -> (&str, &str, Vec<String>, Vec<f64>, &str) {
-    let cell = &result.cell;
+/// Configurations of one scene together, those that differ only in their paths beside each other.
+fn order(result: &RunResult) -> (&str, &str, Vec<String>, Vec<f64>, &str) {
+    let config = &result.config;
     let is_name = |parameter: &&&Parameter| matches!(parameter.values, Values::Names(_));
-    let names = PARAMETERS.iter().filter(is_name).map(|parameter| cell.text(parameter)).collect();
+    let names = PARAMETERS.iter().filter(is_name).map(|parameter| config.text(parameter)).collect();
     let numbers = PARAMETERS
         .iter()
         .rev()
         .filter(|parameter| !is_name(parameter))
-        .map(|parameter| cell.number(parameter))
+        .map(|parameter| config.number(parameter))
         .collect();
-    (&cell.scene, &cell.camera, names, numbers, &result.identity)
+    (&config.scene, &config.camera, names, numbers, &result.identity)
 }
 
 /// The JSON files of a folder, in order of their names.
@@ -95,7 +94,7 @@ mod tests {
 
     const A: &str = "000000000000000a";
 
-    fn write(folder: &Path, name: &str, result: &CellResult) {
+    fn write(folder: &Path, name: &str, result: &RunResult) {
         std::fs::create_dir_all(folder.join("cells")).unwrap();
         std::fs::write(folder.join("cells").join(name), serde_json::to_vec(result).unwrap()).unwrap();
     }
@@ -103,7 +102,7 @@ mod tests {
     #[test]
     fn damaged_files_are_named() {
         let folder = tempfile::tempdir().unwrap();
-        let whole = CellResult { identity: A.into(), ..CellResult::default() };
+        let whole = RunResult { identity: A.into(), ..RunResult::default() };
         write(folder.path(), "000000000000000a.json", &whole);
         assert_eq!(load(&[folder.path().into()]).unwrap().0.len(), 1);
         let damaged = folder.path().join("cells/000000000000000b.json");
@@ -115,14 +114,14 @@ mod tests {
     }
 
     #[test]
-    fn folders_without_a_cell_are_named() {
+    fn folders_without_a_result_are_named() {
         let folder = tempfile::tempdir().unwrap();
         let missing = format!("{:#}", load(&[folder.path().into()]).unwrap_err());
         assert!(missing.contains(&folder.path().join("cells").display().to_string()), "{missing}");
         std::fs::create_dir(folder.path().join("cells")).unwrap();
         let empty = format!("{:#}", load(&[folder.path().into()]).unwrap_err());
         assert!(
-            empty.contains("no cell in") && empty.contains(&folder.path().display().to_string()),
+            empty.contains("no result in") && empty.contains(&folder.path().display().to_string()),
             "{empty}"
         );
     }
@@ -131,14 +130,14 @@ mod tests {
     fn the_later_of_two_measures_counts() {
         let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
         let paths = folders.each_ref().map(|folder| folder.path().to_path_buf());
-        let mut result = CellResult { identity: A.into(), ..CellResult::default() };
+        let mut result = RunResult { identity: A.into(), ..RunResult::default() };
         for (path, unix_s) in paths.iter().zip([20, 10]) {
             result.provenance.unix_s = unix_s;
             write(path, "000000000000000a.json", &result);
         }
         for folders in [[paths[0].clone(), paths[1].clone()], [paths[1].clone(), paths[0].clone()]] {
-            let (cells, warnings) = load(&folders).unwrap();
-            assert_eq!((cells.len(), cells[0].result.provenance.unix_s, warnings.len()), (1, 20, 1));
+            let (runs, warnings) = load(&folders).unwrap();
+            assert_eq!((runs.len(), runs[0].result.provenance.unix_s, warnings.len()), (1, 20, 1));
         }
         assert!(load(&[paths[0].clone(), paths[0].clone()]).unwrap().1.is_empty());
     }

@@ -1,9 +1,9 @@
-//! Names of cells, and the colours and shapes that tell them apart in every figure of a report.
+//! Names of run configurations, and the colours and shapes that tell them apart in every figure of a report.
 
 use super::load::Measured;
 use super::number::short;
 use crate::parameter::{METHOD, PARAMETERS, Parameter, Values, VisualEncoding};
-use crate::result::{CellConfig, Provenance};
+use crate::result::{ConfigValues, Provenance};
 
 /// Number of colours in `report.css`.
 pub const COLORS: usize = 10;
@@ -20,9 +20,9 @@ pub const SHAPES: [&str; 8] = [
 ];
 
 /// Size of the image that was timed, else of that whose error is known (px).
-pub fn size(cell: &Measured) -> String {
-    let time = cell.result.time.as_ref().map(|time| (time.width, time.height));
-    let error = || cell.result.error.as_ref().map(|error| (error.width, error.height));
+pub fn size(run: &Measured) -> String {
+    let time = run.result.time.as_ref().map(|time| (time.width, time.height));
+    let error = || run.result.error.as_ref().map(|error| (error.width, error.height));
     time.or_else(error).map_or(String::new(), |(width, height)| format!("{width}×{height}"))
 }
 
@@ -36,14 +36,14 @@ pub struct Series {
 }
 
 impl Series {
-    /// The series of a cell.
-    pub fn new(cell: &CellConfig) -> Series {
+    /// The series of a run configuration.
+    pub fn new(config: &ConfigValues) -> Series {
         let shown_as = |wanted: fn(&VisualEncoding) -> bool| {
             let parameters = PARAMETERS.into_iter().filter(move |parameter| wanted(&parameter.shown));
             // A method is said, and of the rest what adds something to it.
             let named = parameters
-                .filter(|parameter| **parameter == METHOD || cell.text(parameter) != parameter.neutral);
-            let texts = named.map(|parameter| cell.text(parameter)).filter(|name| is_informative(name));
+                .filter(|parameter| **parameter == METHOD || config.text(parameter) != parameter.neutral);
+            let texts = named.map(|parameter| config.text(parameter)).filter(|name| is_informative(name));
             texts.collect::<Vec<_>>().join(" + ")
         };
         Series {
@@ -68,7 +68,7 @@ fn is_informative(name: &str) -> bool {
     !name.is_empty() && name != "none"
 }
 
-/// Names, colours and shapes of all cells of a report.
+/// Names, colours and shapes of all run configurations of a report.
 #[derive(Clone, Debug, Default)]
 pub struct Names {
     kinds: Vec<String>,
@@ -79,7 +79,7 @@ pub struct Names {
     origins_vary: Vec<&'static Origin>,
 }
 
-/// What may tell apart where cells were measured.
+/// What may tell apart where run configurations were measured.
 type Origin = fn(&Provenance) -> String;
 
 const ORIGINS: [Origin; 4] = [
@@ -104,8 +104,8 @@ fn short_hash(label: &str, hash: &str) -> String {
 
 impl Names {
     /// Finds what there is to tell apart.
-    pub fn new(cells: &[Measured]) -> Names {
-        let mut series: Vec<Series> = cells.iter().map(|cell| Series::new(&cell.result.cell)).collect();
+    pub fn new(runs: &[Measured]) -> Names {
+        let mut series: Vec<Series> = runs.iter().map(|run| Series::new(&run.result.config)).collect();
         series.sort();
         series.dedup();
         let mut kinds: Vec<String> = series.iter().map(|series| series.kind.clone()).collect();
@@ -116,34 +116,34 @@ impl Names {
         gathers.sort();
         gathers.dedup();
         let names = Names { kinds, gathers, series, ..Names::default() };
-        names.among(&cells.iter().collect::<Vec<_>>())
+        names.among(&runs.iter().collect::<Vec<_>>())
     }
 
-    /// The same colours and shapes, and words for what differs among some of the cells only.
-    pub fn among(&self, cells: &[&Measured]) -> Names {
+    /// The same colours and shapes, and words for what differs only among some of the configurations.
+    pub fn among(&self, runs: &[&Measured]) -> Names {
         let differ =
-            |value: &dyn Fn(&Measured) -> String| cells.iter().any(|cell| value(cell) != value(cells[0]));
+            |value: &dyn Fn(&Measured) -> String| runs.iter().any(|run| value(run) != value(runs[0]));
         let origins = ORIGINS.iter();
         Names {
             varies: PARAMETERS
                 .into_iter()
-                .filter(|parameter| differ(&|cell| cell.result.cell.text(parameter)))
+                .filter(|parameter| differ(&|run| run.result.config.text(parameter)))
                 .collect(),
-            sizes_vary: differ(&|cell| size(cell)),
-            origins_vary: origins.filter(|origin| differ(&|cell| origin(&cell.result.provenance))).collect(),
+            sizes_vary: differ(&|run| size(run)),
+            origins_vary: origins.filter(|origin| differ(&|run| origin(&run.result.provenance))).collect(),
             ..self.clone()
         }
     }
 
-    /// Where a cell was measured, as far as the cells differ in it: commit, kernels, device, machine.
-    pub fn origin(&self, cell: &Measured) -> String {
-        let words = self.origins_vary.iter().map(|origin| origin(&cell.result.provenance));
+    /// Where a configuration was measured, as far as configurations differ in it: commit, kernels, device, machine.
+    pub fn origin(&self, run: &Measured) -> String {
+        let words = self.origins_vary.iter().map(|origin| origin(&run.result.provenance));
         words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" · ")
     }
 
-    /// Index of the cell's series.
-    pub fn series(&self, cell: &CellConfig) -> usize {
-        let own = Series::new(cell);
+    /// Index of the series of a configuration.
+    pub fn series(&self, config: &ConfigValues) -> usize {
+        let own = Series::new(config);
         self.series.iter().position(|series| *series == own).unwrap_or(0)
     }
 
@@ -152,7 +152,7 @@ impl Names {
         &self.series[series]
     }
 
-    /// The class of the cell's colour: `c0` is that of `path`.
+    /// The class of a series' colour: `c0` is that of `path`.
     pub fn color(&self, series: usize) -> String {
         let kind = self.kinds.iter().position(|kind| *kind == self.series[series].kind).unwrap_or(0);
         let rank = if self.kinds.first().is_some_and(|kind| kind == "path") { kind } else { kind + 1 };
@@ -166,18 +166,18 @@ impl Names {
         SHAPES[gather.unwrap_or(0) % SHAPES.len()]
     }
 
-    /// The cell's name among all cells of its scene.
-    pub fn label(&self, cell: &Measured) -> String {
-        let (size, origin) = (size(cell), self.origin(cell));
-        let cell = &cell.result.cell;
-        let mut parts = vec![Series::new(cell).name()];
+    /// Name of a configuration among all of its scene.
+    pub fn label(&self, run: &Measured) -> String {
+        let (size, origin) = (size(run), self.origin(run));
+        let config = &run.result.config;
+        let mut parts = vec![Series::new(config).name()];
         for parameter in PARAMETERS {
             let VisualEncoding::Words(_, words) = parameter.shown else { continue };
             let text = match parameter.values {
-                Values::Numbers(_) if cell.number(parameter) > 0.0 => short(cell.number(parameter)),
+                Values::Numbers(_) if config.number(parameter) > 0.0 => short(config.number(parameter)),
                 Values::Numbers(_) => continue,
-                Values::Names(_) if cell.text(parameter) == parameter.neutral => continue,
-                Values::Names(_) => cell.text(parameter),
+                Values::Names(_) if config.text(parameter) == parameter.neutral => continue,
+                Values::Names(_) => config.text(parameter),
             };
             if !text.is_empty() && self.varies.contains(&parameter) {
                 parts.push(words(&text));
@@ -186,7 +186,7 @@ impl Names {
         if self.sizes_vary && !size.is_empty() {
             parts.push(size);
         }
-        if cell.texture_filter == "finest" {
+        if config.texture_filter == "finest" {
             parts.push("finest textures".into());
         }
         if !origin.is_empty() {
@@ -200,67 +200,67 @@ impl Names {
 mod tests {
     use super::*;
     use crate::parameter::{DENOISER, FEATURES, GATHER, HISTORY, PATHS_PER_PIXEL, RUNNER};
-    use crate::result::{CellError, CellResult};
+    use crate::result::{ErrorResult, RunResult};
     use std::collections::BTreeSet;
 
-    fn cell(method: &str, gather: &str, history: &str) -> Measured {
-        let cell = CellConfig::default()
+    fn run(method: &str, gather: &str, history: &str) -> Measured {
+        let config = ConfigValues::default()
             .with(&METHOD, method)
             .with(&GATHER, gather)
             .with(&HISTORY, history)
             .with(&DENOISER, "none");
-        Measured { result: CellResult { cell, ..CellResult::default() }, folder: "".into() }
+        Measured { result: RunResult { config, ..RunResult::default() }, folder: "".into() }
     }
 
     #[test]
     fn series_differ_in_colour_or_shape_and_path_has_its_own() {
-        let mut cells = vec![cell("path", "", "none")];
+        let mut runs = vec![run("path", "", "none")];
         for gather in ["brute", "points-rt", "points-bvh", "points-grid", "photons-grid", "photons-rt"] {
             for (method, history) in
                 [("basic", "none"), ("basic", "paper"), ("basic", "validated"), ("kim2019", "none")]
             {
-                cells.push(cell(method, gather, history));
+                runs.push(run(method, gather, history));
             }
         }
-        let names = Names::new(&cells);
-        let looks = cells.iter().map(|cell| names.series(&cell.result.cell));
+        let names = Names::new(&runs);
+        let looks = runs.iter().map(|run| names.series(&run.result.config));
         let looks: BTreeSet<_> = looks.map(|series| (names.color(series), names.shape(series))).collect();
-        assert_eq!(looks.len(), cells.len());
+        assert_eq!(looks.len(), runs.len());
         let of_path: Vec<_> = looks.iter().filter(|(color, _)| color == "c0").collect();
         assert_eq!(of_path.len(), 1);
-        let without = Names::new(&cells[1..]);
+        let without = Names::new(&runs[1..]);
         assert!((0..24).all(|series| without.color(series) != "c0"));
     }
 
     #[test]
     fn names_say_what_differs() {
-        let mut cells = [cell("basic", "brute", "paper"), cell("basic", "brute", "paper")];
+        let mut runs = [run("basic", "brute", "paper"), run("basic", "brute", "paper")];
         for (parameter, value) in [(&RUNNER, "gpu-software"), (&PATHS_PER_PIXEL, "0.5"), (&FEATURES, "all")] {
-            cells[1].result.cell.set(parameter, value);
+            runs[1].result.config.set(parameter, value);
         }
-        cells[1].result.error = Some(CellError { width: 64, height: 36, ..CellError::default() });
-        let names = Names::new(&cells);
-        assert_eq!(names.label(&cells[0]), "basic + paper · brute");
+        runs[1].result.error = Some(ErrorResult { width: 64, height: 36, ..ErrorResult::default() });
+        let names = Names::new(&runs);
+        assert_eq!(names.label(&runs[0]), "basic + paper · brute");
         let label = "basic + paper · brute · gpu-software · all features · 0.5 paths/px · 64×36";
-        assert_eq!(names.label(&cells[1]), label);
+        assert_eq!(names.label(&runs[1]), label);
         assert_eq!(names.get(0).name(), "basic + paper · brute");
     }
 
     #[test]
-    fn cells_of_another_commit_or_device_are_told_apart() {
-        let mut cells = [cell("basic", "", ""), cell("basic", "", ""), cell("path", "", "")];
+    fn configurations_of_another_commit_or_device_are_told_apart() {
+        let mut runs = [run("basic", "", ""), run("basic", "", ""), run("path", "", "")];
         let commit = |letter: &str| format!("{}-dirty", letter.repeat(40));
-        for (cell, letter) in cells.iter_mut().zip(["a", "b", "b"]) {
-            cell.result.provenance.commit = commit(letter);
-            cell.result.provenance.device = "CPU, 2 threads".into();
+        for (run, letter) in runs.iter_mut().zip(["a", "b", "b"]) {
+            run.result.provenance.commit = commit(letter);
+            run.result.provenance.device = "CPU, 2 threads".into();
         }
-        let names = Names::new(&cells);
-        assert_eq!(names.label(&cells[0]), "basic · commit aaaaaaaa-dirty");
-        assert_eq!(names.label(&cells[1]), "basic · commit bbbbbbbb-dirty");
-        let alike = names.among(&[&cells[1], &cells[2]]);
-        assert_eq!(alike.label(&cells[1]), "basic");
-        assert_eq!(alike.origin(&cells[1]), "");
-        cells[1].result.provenance.device = "a GPU".into();
-        assert_eq!(Names::new(&cells[1..]).label(&cells[1]), "basic · a GPU");
+        let names = Names::new(&runs);
+        assert_eq!(names.label(&runs[0]), "basic · commit aaaaaaaa-dirty");
+        assert_eq!(names.label(&runs[1]), "basic · commit bbbbbbbb-dirty");
+        let alike = names.among(&[&runs[1], &runs[2]]);
+        assert_eq!(alike.label(&runs[1]), "basic");
+        assert_eq!(alike.origin(&runs[1]), "");
+        runs[1].result.provenance.device = "a GPU".into();
+        assert_eq!(Names::new(&runs[1..]).label(&runs[1]), "basic · a GPU");
     }
 }

@@ -1,7 +1,8 @@
-//! What stands on top: how kinds of cells compare over all scenes, in a sentence and a table.
+//! What stands on top: how kinds of run configurations compare over all scenes, in a sentence and a table.
 //!
-//! A kind is a name that cells of several scenes share. Each is held against one kind, which most scenes have, scene by scene;
-//! the table has the geometric means of the ratios, so that a scene that is slow or noisy counts no more than another.
+//! A kind is a name that run configurations of several scenes share. Each is held against one kind, which most scenes
+//! have, scene by scene; the table has the geometric means of the ratios, so that a scene that is slow or noisy counts no
+//! more than another.
 
 use super::load::Measured;
 use super::name::Names;
@@ -18,30 +19,30 @@ pub struct Overview {
     pub table: Table,
 }
 
-/// Cells of one name, a scene each.
+/// Run configurations of one name, a scene each.
 struct Kind<'a> {
     name: String,
-    cells: Vec<(usize, &'a Measured)>,
+    runs: Vec<(usize, &'a Measured)>,
 }
 
 /// The overview; none where fewer than two kinds have all the scenes of the most common one.
 pub fn overview(scenes: &[ReportScene], names: &Names) -> Option<Overview> {
     let mut kinds: Vec<Kind> = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
-        for cell in &scene.cells {
-            let name = names.label(cell);
+        for run in &scene.runs {
+            let name = names.label(run);
             match kinds.iter_mut().find(|kind| kind.name == name) {
-                // Of cells that a name does not tell apart the first stands for the rest.
-                Some(kind) if kind.cells.iter().any(|(known, _)| *known == index) => {}
-                Some(kind) => kind.cells.push((index, cell)),
-                None => kinds.push(Kind { name, cells: vec![(index, cell)] }),
+                // Of configurations that a name does not tell apart the first stands for the rest.
+                Some(kind) if kind.runs.iter().any(|(known, _)| *known == index) => {}
+                Some(kind) => kind.runs.push((index, run)),
+                None => kinds.push(Kind { name, runs: vec![(index, run)] }),
             }
         }
     }
     // The first of those that most scenes have.
-    let base = kinds.iter().rev().max_by_key(|kind| (kind.cells.len(), is_first(kind)))?;
+    let base = kinds.iter().rev().max_by_key(|kind| (kind.runs.len(), is_first(kind)))?;
     let compared: Vec<&Kind> = kinds.iter().filter(|kind| shared(kind, base) > 0).collect();
-    if compared.iter().filter(|kind| shared(kind, base) == base.cells.len()).count() < 2 {
+    if compared.iter().filter(|kind| shared(kind, base) == base.runs.len()).count() < 2 {
         return None;
     }
     let column = |head, key: &str, value: &dyn Fn(&Kind) -> TableValue| Column {
@@ -50,7 +51,7 @@ pub fn overview(scenes: &[ReportScene], names: &Names) -> Option<Overview> {
         values: compared.iter().map(|kind| value(kind)).collect(),
     };
     let mut columns = vec![
-        column("cell", "cell", &|kind| TableValue::Text(kind.name.clone())),
+        column("configuration", "cell", &|kind| TableValue::Text(kind.name.clone())),
         column("scenes", "scenes", &|kind| {
             let count = shared(kind, base);
             TableValue::Number(count as f64, count.to_string())
@@ -60,7 +61,7 @@ pub fn overview(scenes: &[ReportScene], names: &Names) -> Option<Overview> {
     for measure in MEASURES.into_iter().filter(|measure| measure.charted) {
         let key = format!("{}_ratio", measure.key);
         columns.push(column(measure.head, &key, &|kind| {
-            TableValue::number(ratio(kind, base, &|cell| error(cell, measure)))
+            TableValue::number(ratio(kind, base, &|run| error(run, measure)))
         }));
     }
     let title = format!("Ratios to {}, geometric means over scenes", base.name);
@@ -68,19 +69,19 @@ pub fn overview(scenes: &[ReportScene], names: &Names) -> Option<Overview> {
     Some(Overview { sentence: sentence(&compared, base, scenes.len()), table })
 }
 
-/// Whether a kind's cells are the first of their runs.
+/// Whether a kind's configurations are those that others are held against.
 fn is_first(kind: &Kind) -> bool {
     let first =
-        |cell: &Measured| cell.result.time.as_ref().is_some_and(|time| time.ratio_to_first == Some(1.0));
-    kind.cells.iter().all(|(_, cell)| first(cell))
+        |run: &Measured| run.result.time.as_ref().is_some_and(|time| time.ratio_to_first == Some(1.0));
+    kind.runs.iter().all(|(_, run)| first(run))
 }
 
-fn time(cell: &Measured) -> Option<f64> {
-    Some(cell.result.time.as_ref()?.total_ms.median)
+fn time(run: &Measured) -> Option<f64> {
+    Some(run.result.time.as_ref()?.total_ms.median)
 }
 
-fn error(cell: &Measured, measure: &Measure) -> Option<f64> {
-    cell.result.error.as_ref()?.get(measure)
+fn error(run: &Measured, measure: &Measure) -> Option<f64> {
+    run.result.error.as_ref()?.get(measure)
 }
 
 /// Scenes in which both are.
@@ -89,8 +90,8 @@ fn shared(kind: &Kind, base: &Kind) -> usize {
 }
 
 fn pairs<'a>(kind: &'a Kind, base: &'a Kind) -> impl Iterator<Item = (&'a Measured, &'a Measured)> {
-    let of_base = |scene| base.cells.iter().find(|(known, _)| *known == scene).map(|(_, cell)| *cell);
-    kind.cells.iter().filter_map(move |(scene, cell)| Some((*cell, of_base(*scene)?)))
+    let of_base = |scene| base.runs.iter().find(|(known, _)| *known == scene).map(|(_, run)| *run);
+    kind.runs.iter().filter_map(move |(scene, run)| Some((*run, of_base(*scene)?)))
 }
 
 /// Geometric mean of the ratios over the scenes in which both have a value.
@@ -107,15 +108,15 @@ fn ratio(kind: &Kind, base: &Kind, value: &dyn Fn(&Measured) -> Option<f64>) -> 
 /// Which kind is fastest and which comes nearest to the reference, of those that all scenes of the most common one have.
 fn sentence(kinds: &[&Kind], base: &Kind, scenes: usize) -> String {
     let best = |value: &dyn Fn(&Measured) -> Option<f64>| {
-        let everywhere = kinds.iter().filter(|kind| shared(kind, base) == base.cells.len());
+        let everywhere = kinds.iter().filter(|kind| shared(kind, base) == base.runs.len());
         let valued = everywhere.filter_map(|kind| Some((kind.name.as_str(), ratio(kind, base, value)?)));
         valued.min_by(|a, b| a.1.total_cmp(&b.1))
     };
     let of_scenes =
-        if scenes == 1 { "the scene".into() } else { format!("{} of {scenes} scenes", base.cells.len()) };
+        if scenes == 1 { "the scene".into() } else { format!("{} of {scenes} scenes", base.runs.len()) };
     let mut parts = Vec::new();
     for (words, found) in
-        [("the least FLIP", best(&|cell| error(cell, &FLIP))), ("the shortest frame", best(&time))]
+        [("the least FLIP", best(&|run| error(run, &FLIP))), ("the shortest frame", best(&time))]
     {
         let Some((name, ratio)) = found else { continue };
         let by = if name == base.name { String::new() } else { format!(" ({} of its)", number(ratio)) };
@@ -129,29 +130,29 @@ mod tests {
     use super::*;
     use crate::parameter::METHOD;
     use crate::report::scene::scenes;
-    use crate::result::{CellConfig, CellError, CellResult, CellTime, Quartiles};
+    use crate::result::{ConfigValues, ErrorResult, Quartiles, RunResult, TimeResult};
 
-    fn cell(scene: &str, method: &str, ms: f64, flip: f64, ratio: Option<f64>) -> Measured {
+    fn run(scene: &str, method: &str, ms: f64, flip: f64, ratio: Option<f64>) -> Measured {
         let total_ms = Quartiles { median: ms, ..Quartiles::default() };
-        let result = CellResult {
-            cell: CellConfig::new(scene, "main").with(&METHOD, method),
-            time: Some(CellTime { total_ms, ratio_to_first: ratio, ..CellTime::default() }),
-            error: Some(CellError::default().with(&FLIP, Some(flip))),
-            ..CellResult::default()
+        let result = RunResult {
+            config: ConfigValues::new(scene, "main").with(&METHOD, method),
+            time: Some(TimeResult { total_ms, ratio_to_first: ratio, ..TimeResult::default() }),
+            error: Some(ErrorResult::default().with(&FLIP, Some(flip))),
+            ..RunResult::default()
         };
         Measured { result, folder: "".into() }
     }
 
     #[test]
     fn ratios_are_geometric_means_over_scenes() {
-        let cells = [
-            cell("a", "basic", 10.0, 0.1, None),
-            cell("a", "path", 20.0, 0.2, Some(1.0)),
-            cell("b", "basic", 10.0, 0.1, None),
-            cell("b", "path", 80.0, 0.1, Some(1.0)),
-            cell("b", "kim2019", 8.0, 0.2, None),
+        let runs = [
+            run("a", "basic", 10.0, 0.1, None),
+            run("a", "path", 20.0, 0.2, Some(1.0)),
+            run("b", "basic", 10.0, 0.1, None),
+            run("b", "path", 80.0, 0.1, Some(1.0)),
+            run("b", "kim2019", 8.0, 0.2, None),
         ];
-        let found = overview(&scenes(&cells), &Names::new(&cells)).unwrap();
+        let found = overview(&scenes(&runs), &Names::new(&runs)).unwrap();
         let rows = found.table.rows();
         assert_eq!(rows[0], ["cell", "scenes", "time_ratio", "flip_ratio"]);
         let row_named = |name: &str| rows.iter().find(|row| row[0] == name).unwrap();
@@ -172,6 +173,6 @@ mod tests {
             "In 2 of 2 scenes, held against path: the least FLIP has basic (0.707 of its); the shortest frame has basic \
              (0.250 of its)."
         );
-        assert!(overview(&scenes(&cells[..1]), &Names::new(&cells)).is_none());
+        assert!(overview(&scenes(&runs[..1]), &Names::new(&runs)).is_none());
     }
 }

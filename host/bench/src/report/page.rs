@@ -77,8 +77,8 @@ pub fn charts(charts: &[Chart]) -> Markup {
             // Series of all charts of a scene are the same but for those that lack a measure.
             @if let Some(largest) = charts.iter().max_by_key(|chart| chart.figure.legend.len()) { (largest.figure.legend()) }
             p .note {
-                "Each mark is a cell; thin lines join cells that differ in their number of light paths only. Left is fast, "
-                "below is accurate; the steps are the Pareto front, beyond which no cell reaches. "
+                "Each mark is a run configuration; thin lines join those that differ in their number of light paths only. "
+                "Left is fast, below is accurate; the steps are the Pareto front, beyond which no configuration reaches. "
                 "Point at a mark, tap it, or move through them with the arrow keys."
             }
         }

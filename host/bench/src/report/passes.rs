@@ -1,4 +1,5 @@
-//! Time of a frame by pass: a bar a cell. Passes of one group (`grid.size`, `grid.fill`) are one piece.
+//! Time of a frame by pass: a bar for each run configuration. Passes of one group (`grid.size`, `grid.fill`) are one
+//! piece.
 
 use std::collections::BTreeMap;
 
@@ -20,27 +21,27 @@ const REST: &str = "rest";
 /// Height of a bar with its name, and of the bar alone (px).
 const ROW: (f64, f64) = (44.0, 18.0);
 
-/// A bar: the cell's name, its time (ms), and its pieces in the order of the legend (ms).
+/// A bar: the name of a run configuration, its time (ms), and its pieces in the order of the legend (ms).
 struct Bar {
     name: String,
     total: f64,
     pieces: Vec<f64>,
 }
 
-/// The figure of a scene; none where no cell has times of passes.
+/// The figure of a scene; none where no configuration has times of passes.
 pub fn passes(scene: &ReportScene, names: &Names) -> Option<Figure> {
     let groups_of =
-        |cell: &Measured| cell.result.time.as_ref().map(|time| groups(&time.pass_ms)).unwrap_or_default();
-    let cells = scene.chosen(names, BARS, |cell| !groups_of(cell).is_empty());
-    let all: Vec<BTreeMap<String, f64>> = cells.iter().map(|cell| groups_of(cell)).collect();
+        |run: &Measured| run.result.time.as_ref().map(|time| groups(&time.pass_ms)).unwrap_or_default();
+    let runs = scene.chosen(names, BARS, |run| !groups_of(run).is_empty());
+    let all: Vec<BTreeMap<String, f64>> = runs.iter().map(|run| groups_of(run)).collect();
     let longest = all.iter().map(|groups| groups.values().sum()).fold(0.0, f64::max);
     let large = large(&all, longest);
-    let bars: Vec<Bar> = cells
+    let bars: Vec<Bar> = runs
         .iter()
         .zip(&all)
-        .map(|(cell, groups)| Bar {
-            name: names.label(cell),
-            total: cell.result.time.as_ref().map_or(0.0, |time| time.total_ms.median),
+        .map(|(run, groups)| Bar {
+            name: names.label(run),
+            total: run.result.time.as_ref().map_or(0.0, |time| time.total_ms.median),
             pieces: pieces(groups, &large),
         })
         .collect();
@@ -49,10 +50,12 @@ pub fn passes(scene: &ReportScene, names: &Names) -> Option<Figure> {
     if longest <= 0.0 {
         return None;
     }
-    let timed = scene.cells.iter().filter(|cell| !groups_of(cell).is_empty()).count();
+    let timed = scene.runs.iter().filter(|run| !groups_of(run).is_empty()).count();
     let notes = match timed - bars.len() {
         0 => vec![],
-        left => vec![format!("{left} more timed cells are in the table below: here is one of each kind.")],
+        left => vec![format!(
+            "{left} more timed configurations are in the table below: here is one of each kind."
+        )],
     };
     Some(Figure {
         name: format!("{}-passes", scene.slug),

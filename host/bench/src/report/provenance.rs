@@ -1,4 +1,5 @@
-//! Where the measures come from: programs, devices, seeds and times of all cells, and the commands that repeat them.
+//! Where the measures come from: programs, devices, seeds and times of all run configurations, and the commands that
+//! repeat them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,12 +13,12 @@ use caustics::program::program;
 use caustics::shell;
 use caustics::text::printable;
 
-/// Every value that occurs and the number of cells with it, by what it is of.
-fn distinct(cells: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> {
+/// Every value that occurs and the number of run configurations with it, by what it is of.
+fn distinct(runs: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> {
     let count = |field: fn(&Provenance) -> String| {
         let mut counts = BTreeMap::new();
         // A value may be copied from the page.
-        let values = cells.iter().map(|cell| printable(&field(&cell.result.provenance)));
+        let values = runs.iter().map(|run| printable(&field(&run.result.provenance)));
         for value in values.filter(|value| !value.is_empty()) {
             *counts.entry(value).or_insert(0) += 1;
         }
@@ -33,12 +34,11 @@ fn distinct(cells: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> 
     all.into_iter().filter(|(_, values)| !values.is_empty()).collect()
 }
 
-/// How long all cells took, and when; the times of the first and the last measure.
-fn times(cells: &[Measured]) -> (String, Option<String>) {
-    let wall: f64 =
-        cells.iter().map(|cell| cell.result.provenance.wall_s).filter(|wall| wall.is_finite()).sum();
+/// How long all run configurations took, and when; the times of the first and the last measure.
+fn times(runs: &[Measured]) -> (String, Option<String>) {
+    let wall: f64 = runs.iter().map(|run| run.result.provenance.wall_s).filter(|wall| wall.is_finite()).sum();
     let wall = humantime::format_duration(Duration::from_secs(wall.max(0.0).round() as u64)).to_string();
-    let known = || cells.iter().map(|cell| cell.result.provenance.unix_s).filter(|at| *at > 0);
+    let known = || runs.iter().map(|run| run.result.provenance.unix_s).filter(|at| *at > 0);
     let day = |seconds: u64| {
         let time = SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(seconds))?;
         // What cannot be written as a date, humantime refuses.
@@ -54,8 +54,8 @@ fn times(cells: &[Measured]) -> (String, Option<String>) {
 }
 
 /// Commands that make the folders' measures and this report again.
-pub fn commands(cells: &[Measured], folders: &[PathBuf], output: &Path) -> Vec<String> {
-    let mut commits: Vec<&String> = cells.iter().map(|cell| &cell.result.provenance.commit).collect();
+pub fn commands(runs: &[Measured], folders: &[PathBuf], output: &Path) -> Vec<String> {
+    let mut commits: Vec<&String> = runs.iter().map(|run| &run.result.provenance.commit).collect();
     commits.sort();
     commits.dedup();
     let mut commands = Vec::new();
@@ -81,16 +81,16 @@ pub fn commands(cells: &[Measured], folders: &[PathBuf], output: &Path) -> Vec<S
 }
 
 /// The block for the page.
-pub fn inline(cells: &[Measured], commands: &[String]) -> Markup {
-    let (wall, span) = times(cells);
+pub fn inline(runs: &[Measured], commands: &[String]) -> Markup {
+    let (wall, span) = times(runs);
     html! {
         dl .provenance {
-            dt { "cells" } dd { (cells.len()) }
-            @for (name, values) in distinct(cells) {
+            dt { "run configurations" } dd { (runs.len()) }
+            @for (name, values) in distinct(runs) {
                 dt { (name) }
                 dd {
                     @for (value, count) in &values {
-                        div { code { (value) } @if values.len() > 1 { " " span .dim { (count) @if *count == 1 { " cell" } @else { " cells" } } } }
+                        div { code { (value) } @if values.len() > 1 { " " span .dim { (count) @if *count == 1 { " configuration" } @else { " configurations" } } } }
                     }
                 }
             }
@@ -106,31 +106,31 @@ pub fn inline(cells: &[Measured], commands: &[String]) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::result::CellResult;
+    use crate::result::RunResult;
 
-    fn cell(commit: &str, wall_s: f64, unix_s: u64) -> Measured {
+    fn run(commit: &str, wall_s: f64, unix_s: u64) -> Measured {
         let provenance = Provenance { commit: commit.into(), wall_s, unix_s, ..Provenance::default() };
-        Measured { result: CellResult { provenance, ..CellResult::default() }, folder: "".into() }
+        Measured { result: RunResult { provenance, ..RunResult::default() }, folder: "".into() }
     }
 
     #[test]
     fn every_value_is_counted_and_times_add_up() {
-        let cells = [cell("a", 60.0, 1_700_000_000), cell("b", 30.4, 1_700_003_600), cell("a", 0.0, 0)];
-        let values = distinct(&cells);
+        let runs = [run("a", 60.0, 1_700_000_000), run("b", 30.4, 1_700_003_600), run("a", 0.0, 0)];
+        let values = distinct(&runs);
         assert_eq!(values[0], ("commit", BTreeMap::from([("a".into(), 2), ("b".into(), 1)])));
         assert_eq!(values.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["commit", "first seed"]);
-        let (wall, span) = times(&cells);
+        let (wall, span) = times(&runs);
         assert_eq!(
             (wall.as_str(), span.unwrap().as_str()),
             ("1m 30s", "2023-11-14 22:13:20 to 2023-11-14 23:13:20")
         );
-        assert_eq!(times(&[cell("a", f64::INFINITY, u64::MAX)]).1, None);
+        assert_eq!(times(&[run("a", f64::INFINITY, u64::MAX)]).1, None);
     }
 
     #[test]
     fn commands_to_repeat_a_report_quote_its_paths() {
         let folders = ["my results".into(), "it's".into(), "-f".into(), "a\x03\nb".into()];
-        let commands = commands(&[cell("0123abc-dirty", 0.0, 0)], &folders, "r.html".as_ref());
+        let commands = commands(&[run("0123abc-dirty", 0.0, 0)], &folders, "r.html".as_ref());
         let report = r#"caustics report 'my results' "it's" ./-f $'a\003\012b' -o r.html"#;
         assert_eq!(commands, ["git checkout 0123abc", report]);
     }
@@ -139,7 +139,7 @@ mod tests {
     fn a_commit_that_is_no_hash_is_in_no_command() {
         for text in ["main; touch OWNED #", "--force", "0123ab", "0123abc\n", "0123abg", &"0".repeat(65), ""]
         {
-            let commands = commands(&[cell(text, 0.0, 0)], &["r".into()], "r.html".as_ref());
+            let commands = commands(&[run(text, 0.0, 0)], &["r".into()], "r.html".as_ref());
             assert_eq!(commands, ["caustics report r -o r.html"], "{text:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! The cells of one scene seen through one camera, and those that stand for the rest.
+//! The run configurations of one scene seen through one camera, and those that stand for the rest.
 
 use super::load::Measured;
 use super::name::Names;
@@ -11,15 +11,15 @@ pub struct ReportScene<'a> {
     pub title: String,
     /// Stem of the names of its files: letters, digits and dashes, and no other scene's.
     pub slug: String,
-    /// Its cells.
-    pub cells: Vec<&'a Measured>,
+    /// Its run configurations.
+    pub runs: Vec<&'a Measured>,
 }
 
-/// The scenes of cells that are in order.
-pub fn scenes(cells: &[Measured]) -> Vec<ReportScene<'_>> {
-    let key = |cell: &Measured| (cell.result.cell.scene.clone(), cell.result.cell.camera.clone());
+/// The scenes of run configurations that are in order.
+pub fn scenes(runs: &[Measured]) -> Vec<ReportScene<'_>> {
+    let key = |run: &Measured| (run.result.config.scene.clone(), run.result.config.camera.clone());
     let mut scenes: Vec<ReportScene> = Vec::new();
-    let chunks: Vec<&[Measured]> = cells.chunk_by(|a, b| key(a) == key(b)).collect();
+    let chunks: Vec<&[Measured]> = runs.chunk_by(|a, b| key(a) == key(b)).collect();
     for chunk in &chunks {
         let (name, camera) = key(&chunk[0]);
         let alone = chunks.iter().filter(|other| key(&other[0]).0 == name).count() == 1;
@@ -28,7 +28,7 @@ pub fn scenes(cells: &[Measured]) -> Vec<ReportScene<'_>> {
         let numbered = (scenes.len() + 1..).map(|number| format!("{stem}-{number}"));
         let mut names = [stem.clone()].into_iter().chain(numbered);
         let slug = names.find(|name| scenes.iter().all(|scene| scene.slug != *name)).unwrap_or(stem);
-        scenes.push(ReportScene { title, slug, cells: chunk.iter().collect() });
+        scenes.push(ReportScene { title, slug, runs: chunk.iter().collect() });
     }
     scenes
 }
@@ -45,21 +45,22 @@ fn slug(name: &str) -> String {
 }
 
 impl<'a> ReportScene<'a> {
-    /// At most `count` cells that `has` something: one of each series, all at the number of paths that most series have.
+    /// At most `count` configurations that `has` something: one of each series, all at the number of paths that most
+    /// series have.
     pub fn chosen(&self, names: &Names, count: usize, has: impl Fn(&Measured) -> bool) -> Vec<&'a Measured> {
-        let able: Vec<&'a Measured> = self.cells.iter().copied().filter(|cell| has(cell)).collect();
+        let able: Vec<&'a Measured> = self.runs.iter().copied().filter(|run| has(run)).collect();
         let common = common_paths(&able, names);
-        let rank = |cell: &Measured| {
-            let config = &cell.result.cell;
+        let rank = |run: &Measured| {
+            let config = &run.result.config;
             (config.text(&FEATURES) == "all", (config.number(&PATHS_PER_PIXEL).max(1e-9) / common).ln().abs())
         };
         let mut chosen: Vec<&'a Measured> = Vec::new();
-        for cell in able {
-            let kind = |cell: &Measured| (names.series(&cell.result.cell), names.origin(cell));
-            match chosen.iter_mut().find(|other| kind(other) == kind(cell)) {
-                Some(other) if rank(cell) < rank(other) => *other = cell,
+        for run in able {
+            let kind = |run: &Measured| (names.series(&run.result.config), names.origin(run));
+            match chosen.iter_mut().find(|other| kind(other) == kind(run)) {
+                Some(other) if rank(run) < rank(other) => *other = run,
                 Some(_) => {}
-                None => chosen.push(cell),
+                None => chosen.push(run),
             }
         }
         chosen.truncate(count);
@@ -68,10 +69,10 @@ impl<'a> ReportScene<'a> {
 }
 
 /// The paths a pixel that most series have; those nearest to one where several are equally common.
-fn common_paths(cells: &[&Measured], names: &Names) -> f64 {
+fn common_paths(runs: &[&Measured], names: &Names) -> f64 {
     let mut counts: Vec<(f64, Vec<usize>)> = Vec::new();
     for config in
-        cells.iter().map(|cell| &cell.result.cell).filter(|config| config.number(&PATHS_PER_PIXEL) > 0.0)
+        runs.iter().map(|run| &run.result.config).filter(|config| config.number(&PATHS_PER_PIXEL) > 0.0)
     {
         let series = names.series(config);
         match counts.iter_mut().find(|(paths, _)| *paths == config.number(&PATHS_PER_PIXEL)) {
@@ -89,52 +90,52 @@ fn common_paths(cells: &[&Measured], names: &Names) -> f64 {
 mod tests {
     use super::*;
     use crate::parameter::METHOD;
-    use crate::result::{CellConfig, CellResult};
+    use crate::result::{ConfigValues, RunResult};
 
-    fn cell(scene: &str, method: &str, paths: f64, features: &str) -> Measured {
-        let cell = CellConfig::new(scene, "main")
+    fn run(scene: &str, method: &str, paths: f64, features: &str) -> Measured {
+        let config = ConfigValues::new(scene, "main")
             .with(&METHOD, method)
             .with(&PATHS_PER_PIXEL, &paths.to_string())
             .with(&FEATURES, features);
-        Measured { result: CellResult { cell, ..CellResult::default() }, folder: "".into() }
+        Measured { result: RunResult { config, ..RunResult::default() }, folder: "".into() }
     }
 
     #[test]
     fn files_of_scenes_have_plain_and_different_names() {
-        let mut cells = [
-            cell("a <b> & \"c\"", "path", 0.0, ""),
-            cell("A b c", "path", 0.0, ""),
-            cell("日本", "path", 0.0, ""),
+        let mut runs = [
+            run("a <b> & \"c\"", "path", 0.0, ""),
+            run("A b c", "path", 0.0, ""),
+            run("日本", "path", 0.0, ""),
         ];
-        cells[2].result.cell.camera = "other".into();
-        let slugs: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.slug).collect();
+        runs[2].result.config.camera = "other".into();
+        let slugs: Vec<String> = scenes(&runs).into_iter().map(|scene| scene.slug).collect();
         assert_eq!(slugs, ["a-b-c", "a-b-c-2", "scene"]);
-        cells[0].result.cell.scene = "A b c 2".into();
-        cells[2].result.cell.scene = "a b  c".into();
-        let slugs: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.slug).collect();
+        runs[0].result.config.scene = "A b c 2".into();
+        runs[2].result.config.scene = "a b  c".into();
+        let slugs: Vec<String> = scenes(&runs).into_iter().map(|scene| scene.slug).collect();
         assert_eq!(slugs, ["a-b-c-2", "a-b-c", "a-b-c-3"]);
         assert_eq!(slug(&"long ".repeat(99)).len(), MAX_LETTERS - 1);
-        cells[2].result.cell.scene = "日本".into();
-        cells[1].result.cell.scene = "日本".into();
-        let titles: Vec<String> = scenes(&cells).into_iter().map(|scene| scene.title).collect();
+        runs[2].result.config.scene = "日本".into();
+        runs[1].result.config.scene = "日本".into();
+        let titles: Vec<String> = scenes(&runs).into_iter().map(|scene| scene.title).collect();
         assert_eq!(titles[1..], ["日本, camera main", "日本, camera other"]);
     }
 
     #[test]
-    fn a_cell_of_each_series_is_chosen_at_equal_paths() {
-        let cells = [
-            cell("a", "basic", 0.5, "scene"),
-            cell("a", "basic", 2.0, "all"),
-            cell("a", "basic", 2.0, "scene"),
-            cell("a", "kim2019", 2.0, "scene"),
-            cell("a", "kim2019", 8.0, "scene"),
-            cell("a", "path", 0.0, "scene"),
+    fn a_configuration_of_each_series_is_chosen_at_equal_paths() {
+        let runs = [
+            run("a", "basic", 0.5, "scene"),
+            run("a", "basic", 2.0, "all"),
+            run("a", "basic", 2.0, "scene"),
+            run("a", "kim2019", 2.0, "scene"),
+            run("a", "kim2019", 8.0, "scene"),
+            run("a", "path", 0.0, "scene"),
         ];
-        let names = Names::new(&cells);
-        let scenes = scenes(&cells);
+        let names = Names::new(&runs);
+        let scenes = scenes(&runs);
         let chosen = |count| -> Vec<usize> {
             let chosen = scenes[0].chosen(&names, count, |_| true);
-            chosen.iter().map(|one| cells.iter().position(|cell| std::ptr::eq(cell, *one)).unwrap()).collect()
+            chosen.iter().map(|one| runs.iter().position(|run| std::ptr::eq(run, *one)).unwrap()).collect()
         };
         assert_eq!(chosen(9), [2, 3, 5]);
         assert_eq!(chosen(2), [2, 3]);

@@ -1,5 +1,5 @@
-//! The chart of speed against accuracy: a mark a cell, time a frame against an error, both logarithmic, and the front
-//! of cells that no other beats in both.
+//! The chart of speed against accuracy: a mark for each run configuration, time a frame against an error, both
+//! logarithmic, and the front of configurations that no other beats in both.
 
 use maud::{Markup, html};
 
@@ -18,9 +18,9 @@ use crate::parameter::{FEATURES, METHOD, PATHS_PER_PIXEL, RUNNER};
 /// How the fronts of several runners are drawn: in words, and as lengths of dashes and gaps.
 const DASHES: [(&str, &str); 3] = [("solid", "none"), ("dashed", "7 4"), ("dotted", "2 3")];
 
-/// A cell of the chart.
+/// A run configuration of the chart.
 struct Mark<'a> {
-    cell: &'a Measured,
+    run: &'a Measured,
     series: usize,
     ms: f64,
     error: f64,
@@ -29,7 +29,7 @@ struct Mark<'a> {
     is_on_front: bool,
 }
 
-/// A chart, and the names of the cells on its front.
+/// A chart, and the names of the run configurations on its front.
 pub struct Chart {
     /// What it measures.
     pub measure: &'static Measure,
@@ -39,19 +39,19 @@ pub struct Chart {
     pub front: Vec<(String, f64, f64)>,
 }
 
-/// The chart of a scene; none where no cell has both a time and this error.
+/// The chart of a scene; none where no configuration has both a time and this error.
 pub fn chart(scene: &ReportScene, names: &Names, measure: &'static Measure) -> Option<Chart> {
     let mut marks: Vec<Mark> = Vec::new();
     let (mut untimed, mut zero) = (0, 0);
-    for cell in &scene.cells {
-        let errors = cell.result.error.as_ref();
+    for run in &scene.runs {
+        let errors = run.result.error.as_ref();
         let error = errors.and_then(|error| error.get(measure));
         let error_off = errors.and_then(|error| error.standard_error(measure)).unwrap_or_default();
-        let ms = cell.result.time.as_ref().map(|time| time.total_ms.median);
+        let ms = run.result.time.as_ref().map(|time| time.total_ms.median);
         match (ms, error) {
             (Some(ms), Some(error)) if ms > 0.0 && error > 0.0 && (ms * error).is_finite() => {
-                let series = names.series(&cell.result.cell);
-                marks.push(Mark { cell, series, ms, error, error_off, is_on_front: false });
+                let series = names.series(&run.result.config);
+                marks.push(Mark { run, series, ms, error, error_off, is_on_front: false });
             }
             (Some(_), Some(_)) => zero += 1,
             _ => untimed += 1,
@@ -65,10 +65,19 @@ pub fn chart(scene: &ReportScene, names: &Names, measure: &'static Measure) -> O
         marks[index].is_on_front = true;
     }
     let mut notes = Vec::new();
-    if !marks.iter().any(|mark| mark.cell.result.cell.text(&METHOD) == "path") {
-        notes.push("Path tracing is missing here: no cell of method path has this error and a time.".into());
+    if !marks.iter().any(|mark| mark.run.result.config.text(&METHOD) == "path") {
+        notes.push(
+            "Path tracing is missing here: no run configuration of method path has this error and a time."
+                .into(),
+        );
     }
-    let are = |count: usize| if count == 1 { "1 cell is".to_string() } else { format!("{count} cells are") };
+    let are = |count: usize| {
+        if count == 1 {
+            "1 run configuration is".to_string()
+        } else {
+            format!("{count} run configurations are")
+        }
+    };
     if untimed > 0 {
         notes.push(format!("{} not shown: without a time or without this error.", are(untimed)));
     }
@@ -84,7 +93,7 @@ pub fn chart(scene: &ReportScene, names: &Names, measure: &'static Measure) -> O
         let all: Vec<String> = fronts.iter().enumerate().map(description).collect();
         notes.push(format!("What was not measured alike has a front of its own: {}.", all.join(", ")));
     }
-    if marks.iter().any(|mark| mark.cell.result.cell.text(&FEATURES) == "all") {
+    if marks.iter().any(|mark| mark.run.result.config.text(&FEATURES) == "all") {
         notes.push("Hollow marks have all code compiled in, what the scene does not need too.".into());
     }
     if marks.iter().any(|mark| mark.error_off > 0.0) {
@@ -104,14 +113,14 @@ pub fn chart(scene: &ReportScene, names: &Names, measure: &'static Measure) -> O
     };
     let front = fronts.iter().flatten().map(|&index| {
         let mark = &marks[index];
-        (names.label(mark.cell), mark.ms, mark.error)
+        (names.label(mark.run), mark.ms, mark.error)
     });
     Some(Chart { measure, figure, front: front.collect() })
 }
 
 /// What competes with each other: times of other programs, machines and sizes do not.
 fn comparable_group(mark: &Mark, names: &Names) -> String {
-    let parts = [mark.cell.result.cell.text(&RUNNER), size(mark.cell), names.origin(mark.cell)];
+    let parts = [mark.run.result.config.text(&RUNNER), size(mark.run), names.origin(mark.run)];
     parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
@@ -160,7 +169,7 @@ fn bars(mark: &Mark, area: &Area, x: &Axis, y: &Axis) -> Markup {
     let within_x = |ms: f64| at(x.position(ms).clamp(area.left, area.right));
     let within_y = |error: f64| at(y.position(error).clamp(area.top, area.bottom));
     let mut path = String::new();
-    if let Some(time) = &mark.cell.result.time {
+    if let Some(time) = &mark.run.result.time {
         // A time of 0 has no logarithm.
         let ms = time.total_ms;
         path += &format!("M{} {top} H{}", within_x(ms.lower.max(1e-9)), within_x(ms.upper));
@@ -173,31 +182,31 @@ fn bars(mark: &Mark, area: &Area, x: &Axis, y: &Axis) -> Markup {
 }
 
 fn draw_mark(mark: &Mark, names: &Names, x: &Axis, y: &Axis) -> Markup {
-    let config = &mark.cell.result.cell;
+    let config = &mark.run.result.config;
     let (left, top) = (at(x.position(mark.ms)), at(y.position(mark.error)));
     let hollow = if config.text(&FEATURES) == "all" { " hollow" } else { "" };
-    let mut tip = tip(mark.cell, names);
+    let mut tip = tip(mark.run, names);
     if mark.is_on_front {
         tip.push_str("\non the Pareto front");
     }
     html! {
         g class="point" tabindex="0" role="img" transform={ "translate(" (left) " " (top) ")" }
-            data-series=(mark.series) data-cell=(mark.cell.result.identity) data-x=(left) data-y=(top) data-tip=(tip) {
+            data-series=(mark.series) data-cell=(mark.run.result.identity) data-x=(left) data-y=(top) data-tip=(tip) {
             title { (tip) }
             path class={ "mark " (names.color(mark.series)) (hollow) } d=(names.shape(mark.series)) {}
         }
     }
 }
 
-/// Cells that differ in their number of paths only, in its order.
+/// Configurations that differ only in their number of paths, in its order.
 fn families(marks: &[Mark], names: &Names) -> Vec<Vec<usize>> {
     let key = |index: usize| {
-        let mut config = marks[index].cell.result.cell.clone();
+        let mut config = marks[index].run.result.config.clone();
         config.set(&PATHS_PER_PIXEL, "0");
         (config, comparable_group(&marks[index], names))
     };
     let mut families: Vec<Vec<usize>> = Vec::new();
-    let paths = |index: usize| marks[index].cell.result.cell.number(&PATHS_PER_PIXEL);
+    let paths = |index: usize| marks[index].run.result.config.number(&PATHS_PER_PIXEL);
     for index in (0..marks.len()).filter(|&index| paths(index) > 0.0) {
         match families.iter_mut().find(|family| key(family[0]) == key(index)) {
             Some(family) => family.push(index),
@@ -243,20 +252,20 @@ fn rows(marks: &[Mark], names: &Names, measure: &'static Measure) -> Vec<Vec<Str
     let heads = ["cell", "identity", "runner", "median_ms", &slug, "on_front"];
     let mut rows = vec![heads.map(String::from).to_vec()];
     for mark in marks {
-        let config = &mark.cell.result.cell;
-        let identity = mark.cell.result.identity.clone();
+        let config = &mark.run.result.config;
+        let identity = mark.run.result.identity.clone();
         let (ms, error) = (mark.ms.to_string(), mark.error.to_string());
         let on_front = mark.is_on_front.to_string();
-        rows.push(vec![names.label(mark.cell), identity, config.text(&RUNNER), ms, error, on_front]);
+        rows.push(vec![names.label(mark.run), identity, config.text(&RUNNER), ms, error, on_front]);
     }
     rows
 }
 
-/// The front as a line of text a cell.
+/// The front as a line of text for each configuration.
 pub fn list(chart: &Chart) -> Markup {
     html! {
         details .front-list {
-            summary { "Pareto front: " (chart.front.len()) @if chart.front.len() == 1 { " cell" } @else { " cells" } }
+            summary { "Pareto front: " (chart.front.len()) @if chart.front.len() == 1 { " configuration" } @else { " configurations" } }
             ol {
                 @for (name, ms, error) in &chart.front {
                     li { span { (name) } " " span .dim { (number(*ms)) " ms, " (chart.measure.head) " " (number(*error)) } }
@@ -271,35 +280,35 @@ mod tests {
     use super::*;
     use crate::error::FLIP;
     use crate::report::scene::scenes;
-    use crate::result::{CellConfig, CellError, CellResult, CellTime, Quartiles};
+    use crate::result::{ConfigValues, ErrorResult, Quartiles, RunResult, TimeResult};
 
-    fn cell(method: &str, runner: &str, ms: f64, flip: Option<f64>) -> Measured {
-        let cell = CellConfig::new("a<\"&", "").with(&METHOD, method).with(&RUNNER, runner);
+    fn run(method: &str, runner: &str, ms: f64, flip: Option<f64>) -> Measured {
+        let config = ConfigValues::new("a<\"&", "").with(&METHOD, method).with(&RUNNER, runner);
         let total_ms = Quartiles { lower: ms, median: ms, upper: ms };
-        let time = Some(CellTime { total_ms, width: 8, height: 4, ..CellTime::default() });
-        let error = Some(CellError::default().with(&FLIP, flip));
+        let time = Some(TimeResult { total_ms, width: 8, height: 4, ..TimeResult::default() });
+        let error = Some(ErrorResult::default().with(&FLIP, flip));
         let identity = format!("{method}-{ms}");
         Measured {
-            result: CellResult { identity, cell, time, error, ..CellResult::default() },
+            result: RunResult { identity, config, time, error, ..RunResult::default() },
             folder: "".into(),
         }
     }
 
-    fn flip(cells: &[Measured]) -> Option<Chart> {
-        chart(&scenes(cells)[0], &Names::new(cells), &FLIP)
+    fn flip(runs: &[Measured]) -> Option<Chart> {
+        chart(&scenes(runs)[0], &Names::new(runs), &FLIP)
     }
 
     #[test]
-    fn every_cell_is_a_mark_and_the_front_is_named() {
-        let mut cells = [
-            cell("basic", "cpu", 10.0, Some(0.2)),
-            cell("basic", "cpu", 20.0, Some(0.1)),
-            cell("kim2019", "cpu", 30.0, Some(0.15)),
-            cell("path", "gpu-hardware", 1.0, Some(0.01)),
-            cell("basic", "cpu", 2.0, Some(0.01)),
+    fn every_configuration_is_a_mark_and_the_front_is_named() {
+        let mut runs = [
+            run("basic", "cpu", 10.0, Some(0.2)),
+            run("basic", "cpu", 20.0, Some(0.1)),
+            run("kim2019", "cpu", 30.0, Some(0.15)),
+            run("path", "gpu-hardware", 1.0, Some(0.01)),
+            run("basic", "cpu", 2.0, Some(0.01)),
         ];
-        cells[4].result.time.as_mut().unwrap().width = 2;
-        let chart = flip(&cells).unwrap();
+        runs[4].result.time.as_mut().unwrap().width = 2;
+        let chart = flip(&runs).unwrap();
         let text = chart.figure.file();
         let document = roxmltree::Document::parse(&text).unwrap();
         let marks: Vec<_> = document.descendants().filter(|node| node.has_attribute("data-cell")).collect();
@@ -307,7 +316,7 @@ mod tests {
         assert!(marks[2].attribute("data-tip").unwrap().starts_with("kim2019"));
         let mut front: Vec<f64> = chart.front.iter().map(|(_, ms, _)| *ms).collect();
         front.sort_by(f64::total_cmp);
-        // The GPU's cell and the small image's would beat all others: they have fronts of their own.
+        // The GPU's configuration and the small image's would beat all others: they have fronts of their own.
         assert_eq!(front, [1.0, 2.0, 10.0, 20.0]);
         assert_eq!(
             chart.figure.notes,
@@ -320,15 +329,19 @@ mod tests {
 
     #[test]
     fn what_is_not_in_the_chart_is_said() {
-        let cells = [
-            cell("basic", "cpu", 10.0, Some(0.2)),
-            cell("basic", "cpu", 9.0, None),
-            cell("basic", "cpu", 8.0, Some(0.0)),
+        let runs = [
+            run("basic", "cpu", 10.0, Some(0.2)),
+            run("basic", "cpu", 9.0, None),
+            run("basic", "cpu", 8.0, Some(0.0)),
         ];
-        let notes = flip(&cells).unwrap().figure.notes.join(" ");
-        for words in ["method path", "1 cell is not shown: without", "1 cell is not shown: 0 has"] {
+        let notes = flip(&runs).unwrap().figure.notes.join(" ");
+        for words in [
+            "method path",
+            "1 run configuration is not shown: without",
+            "1 run configuration is not shown: 0 has",
+        ] {
             assert!(notes.contains(words), "{words}: {notes}");
         }
-        assert!(flip(&cells[1..2]).is_none());
+        assert!(flip(&runs[1..2]).is_none());
     }
 }

@@ -9,7 +9,7 @@ use super::number::number;
 use super::scene::ReportScene;
 use crate::error::FLIP;
 
-/// A cell's images.
+/// Images of a run configuration.
 struct Shown {
     name: String,
     numbers: String,
@@ -18,23 +18,23 @@ struct Shown {
     reference: Option<ReportImage>,
 }
 
-/// Strip and wipe of a scene with at most `count` cells; none where no cell has an image.
+/// Strip and wipe of a scene with at most `count` configurations; none where no configuration has an image.
 pub fn strip(
     scene: &ReportScene,
     names: &Names,
     images: &mut ReportImages,
     count: usize,
 ) -> anyhow::Result<Option<Markup>> {
-    let has_image = |cell: &Measured| cell.result.error.as_ref().is_some_and(|error| error.image.is_some());
+    let has_image = |run: &Measured| run.result.error.as_ref().is_some_and(|error| error.image.is_some());
     let mut shown = Vec::new();
-    for cell in scene.chosen(names, count, has_image) {
-        shown.extend(load(cell, names, images)?);
+    for run in scene.chosen(names, count, has_image) {
+        shown.extend(load(run, names, images)?);
     }
     if shown.is_empty() {
         return Ok(None);
     }
     let mut references: Vec<ReportImage> = Vec::new();
-    for reference in shown.iter().filter_map(|cell| cell.reference) {
+    for reference in shown.iter().filter_map(|run| run.reference) {
         if !references.contains(&reference) {
             references.push(reference);
         }
@@ -47,32 +47,32 @@ pub fn strip(
                     figcaption { b { "Reference" } }
                 }
             }
-            @for cell in &shown {
+            @for run in &shown {
                 figure .tile {
-                    (cell.image.show(&format!("{} by {}", scene.title, cell.name)))
-                    @if let Some(map) = &cell.error_map { (map.show(&format!("FLIP of {}", cell.name))) }
-                    figcaption { b { (cell.name) } span .dim { (cell.numbers) } }
+                    (run.image.show(&format!("{} by {}", scene.title, run.name)))
+                    @if let Some(map) = &run.error_map { (map.show(&format!("FLIP of {}", run.name))) }
+                    figcaption { b { (run.name) } span .dim { (run.numbers) } }
                 }
             }
         }
-        @if shown.iter().any(|cell| cell.error_map.is_some()) {
+        @if shown.iter().any(|run| run.error_map.is_some()) {
             p .note { "Below each image its FLIP: black is equal, light yellow is as different as can be." }
         }
         (wipe(scene, &shown))
     }))
 }
 
-fn load(cell: &Measured, names: &Names, images: &mut ReportImages) -> anyhow::Result<Option<Shown>> {
-    let Some(error) = &cell.result.error else { return Ok(None) };
-    let mut get = |name: &Option<String>| match cell.beside(name) {
+fn load(run: &Measured, names: &Names, images: &mut ReportImages) -> anyhow::Result<Option<Shown>> {
+    let Some(error) = &run.result.error else { return Ok(None) };
+    let mut get = |name: &Option<String>| match run.beside(name) {
         Some(path) => images.get(&path),
         None => Ok(None),
     };
     let Some(image) = get(&error.image)? else { return Ok(None) };
     let flip = error.get(&FLIP).map(|value| format!("FLIP {}", number(value)));
-    let ms = cell.result.time.as_ref().map(|time| format!("{} ms", number(time.total_ms.median)));
+    let ms = run.result.time.as_ref().map(|time| format!("{} ms", number(time.total_ms.median)));
     Ok(Some(Shown {
-        name: names.label(cell),
+        name: names.label(run),
         numbers: flip.into_iter().chain(ms).collect::<Vec<_>>().join(" · "),
         image,
         error_map: get(&error.error_map)?,
@@ -80,13 +80,13 @@ fn load(cell: &Measured, names: &Names, images: &mut ReportImages) -> anyhow::Re
     }))
 }
 
-/// The wipe: the cell is left of the handle, its reference right of it.
+/// The wipe: the image is left of the handle, its reference right of it.
 fn wipe(scene: &ReportScene, shown: &[Shown]) -> Markup {
     let able: Vec<(&Shown, ReportImage)> =
-        shown.iter().filter_map(|cell| Some((cell, cell.reference?))).collect();
+        shown.iter().filter_map(|run| Some((run, run.reference?))).collect();
     // The image that is furthest from path tracing's noise is not known: the first with light paths is a fair start.
     let Some((first, reference)) =
-        able.iter().find(|(cell, _)| !cell.name.starts_with("path")).or(able.first())
+        able.iter().find(|(run, _)| !run.name.starts_with("path")).or(able.first())
     else {
         return Markup::default();
     };
@@ -96,10 +96,10 @@ fn wipe(scene: &ReportScene, shown: &[Shown]) -> Markup {
             label .wipe-choice {
                 span { "Compare with the reference" }
                 select data-wipe-choice {
-                    @for (cell, reference) in &able {
-                        option value=(cell.image.reference()) data-reference=(reference.reference())
-                            data-view=(format!("0 0 {} {}", cell.image.width, cell.image.height))
-                            selected[std::ptr::eq(*cell, *first)] { (cell.name) }
+                    @for (run, reference) in &able {
+                        option value=(run.image.reference()) data-reference=(reference.reference())
+                            data-view=(format!("0 0 {} {}", run.image.width, run.image.height))
+                            selected[std::ptr::eq(*run, *first)] { (run.name) }
                     }
                 }
             }

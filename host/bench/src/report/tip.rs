@@ -1,4 +1,4 @@
-//! What is said of a cell beside its mark: a name, and its numbers line by line.
+//! What is said of a run configuration beside its mark: a name, and its numbers line by line.
 
 use super::load::Measured;
 use super::name::Names;
@@ -7,10 +7,10 @@ use crate::error::{MEASURES, Measure};
 use crate::parameter::{PARAMETERS, PATHS_PER_PIXEL, Parameter, VisualEncoding};
 
 /// The name, then a line a number; numbers that are missing have none.
-pub fn tip(cell: &Measured, names: &Names) -> String {
-    let config = &cell.result.cell;
-    let mut lines = vec![names.label(cell)];
-    if let Some(time) = &cell.result.time {
+pub fn tip(run: &Measured, names: &Names) -> String {
+    let config = &run.result.config;
+    let mut lines = vec![names.label(run)];
+    if let Some(time) = &run.result.time {
         let total_ms = time.total_ms;
         lines.push(format!(
             "time {} ms ({} to {})",
@@ -20,7 +20,7 @@ pub fn tip(cell: &Measured, names: &Names) -> String {
         ));
         lines.push(format!("timed at {}×{}, {} light paths", time.width, time.height, time.light_paths));
     }
-    if let Some(error) = &cell.result.error {
+    if let Some(error) = &run.result.error {
         let value = |measure: &Measure| {
             let off =
                 error.standard_error(measure).map_or(String::new(), |off| format!(" ± {}", number(off)));

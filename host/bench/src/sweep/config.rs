@@ -18,8 +18,9 @@ use caustics::scene::{
     BvhCache, BvhOptions, BvhQuality, DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError,
 };
 
-/// Most cells of a file, counted before any is left out: more than a year of seconds would not measure ten times as many.
-const MAX_CELLS: u64 = 100_000;
+/// Most run configurations of a file, counted before any is left out: more than a year of seconds would not measure ten
+/// times as many.
+const MAX_RUNS: u64 = 100_000;
 /// Largest file (bytes).
 const MAX_BYTES: usize = 1 << 24;
 /// Last frame that is measured, at most.
@@ -43,7 +44,7 @@ pub struct SweepConfig {
     /// Exposure of the display that FLIP looks at, and of the PNGs (stops).
     #[serde(default)]
     pub exposure: f32,
-    /// Which level of its textures the camera sees, in all cells and the references alike.
+    /// Which level of its textures the camera sees, in all run configurations and the references alike.
     #[serde(default = "cone", deserialize_with = "by_name::deserialize")]
     pub texture_filter: TextureFilter,
     /// Reflections of at most this roughness are specular.
@@ -82,7 +83,7 @@ pub struct SweepConfig {
     pub time: Option<TimeTable>,
     /// How errors are measured, if they are.
     pub error: Option<ErrorTable>,
-    /// The cells.
+    /// The run configurations.
     pub matrix: Vec<Spanned<MatrixTable>>,
 }
 
@@ -138,7 +139,7 @@ pub struct ErrorTable {
     pub width: Side,
     /// Image height (px).
     pub height: Side,
-    /// Independent runs of each cell.
+    /// Independent seeds of each run configuration.
     #[serde(default = "four")]
     pub seeds: Count,
     /// Frames of the progressive reference.
@@ -240,10 +241,10 @@ impl SweepConfig {
             let start = matrix.span().start.min(text.len());
             let matrix = matrix.get_ref();
             count = count.saturating_add(matrix.count());
-            let wrong = if count > MAX_CELLS {
+            let wrong = if count > MAX_RUNS {
                 format!(
-                    "its lists make {count} cells with those before it, and at most {MAX_CELLS} are measured; share them out \
-                     among files"
+                    "its lists make {count} run configurations with those before it, and at most {MAX_RUNS} are measured; \
+                     share them out among files"
                 )
             } else if matrix.paths_keys.len() != 1 {
                 "give one of light_paths, paths_per_pixel and equal_time_ms".into()
@@ -353,7 +354,7 @@ mod tests {
         };
         assert!(many(46).is_ok());
         let error = many(47).unwrap_err();
-        assert!(error.contains("line 5") && error.contains("103823 cells"), "{error}");
+        assert!(error.contains("line 5") && error.contains("103823 run configurations"), "{error}");
         assert!(SweepConfig::parse(&GOOD.replace("[time]\nwidth = 64\nheight = 36\n", "")).is_err());
         let compared = |frames: &str| {
             let error =

@@ -37,9 +37,9 @@ pub fn is_met(ms: f64, target_ms: f64) -> bool {
     (ms / target_ms - 1.0).abs() <= TOLERANCE
 }
 
-/// The time of a cell and the one that it is held against (ms): the clock's, or, where the first cell of its turns is to meet
-/// the same time, that of the first cell. `first` is the median of each frame's ratio to it, and its own time: a machine
-/// that slows down or speeds up does so for both.
+/// The time of a run configuration and the one that it is held against (ms): the clock's, or, where the first configuration
+/// of its turns is to meet the same time, that of the first one. `first` is the median of each frame's ratio to it, and its
+/// own time: a machine that slows down or speeds up does so for both.
 pub fn held(own_ms: f64, first: Option<(f64, f64)>, target_ms: f64) -> (f64, f64) {
     match first {
         None => (own_ms, target_ms),
@@ -146,10 +146,10 @@ mod tests {
     }
 
     #[test]
-    fn cells_of_one_time_are_equal_in_their_turns() {
+    fn configurations_of_one_time_are_equal_in_their_turns() {
         let met = |held: (f64, f64)| is_met(held.0, held.1);
         assert!(met(held(101.0, None, 100.0)) && !met(held(105.0, None, 100.0)));
-        // The machine was slow where this cell had its turns, but so it was for the first one.
+        // The machine was slow where this one had its turns, but so it was for the first one.
         assert!(met(held(105.0, Some((1.01, 99.0)), 100.0)));
         assert!(!met(held(100.0, Some((1.05, 99.0)), 100.0)));
         // Equal to a first one that misses the time: both go on.

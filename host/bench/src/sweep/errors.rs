@@ -1,31 +1,31 @@
-//! Errors of a cell against references, which are rendered where they are missing.
+//! Errors of a run configuration against references, which are rendered where they are missing.
 
 use std::time::Instant;
 
 use anyhow::Context;
 
 use super::task::{SweepContext, Task, joined};
-use crate::cell::Cell;
 use crate::error::{FLIP, MEASURES, Measure, RELMSE, mean};
 use crate::measure::measure;
 use crate::plan::Compared;
 use crate::record::FrameRecord;
 use crate::reference::{Kept, References};
-use crate::result::{CellError, FrameResult};
+use crate::result::{ErrorResult, FrameResult};
+use crate::run_config::RunConfig;
 use crate::store::provenance;
 use caustics::hash::digest;
 
-/// Measures the errors of a cell, if any are asked for, and keeps them. False where it was stopped.
+/// Measures the errors of a run configuration, if any are asked for, and keeps them. False where it was stopped.
 ///
 /// # Errors
 ///
 /// A frame that fails, a file that cannot be written.
-pub fn measure_error(sweep: &SweepContext, task: &Task, cell: &Cell) -> anyhow::Result<bool> {
-    let plan = task.part.error_plan(sweep.config, cell);
+pub fn measure_error(sweep: &SweepContext, task: &Task, run: &RunConfig) -> anyhow::Result<bool> {
+    let plan = task.part.error_plan(sweep.config, run);
     let (Some(error), Some(plan)) = (&sweep.config.error, &plan) else { return Ok(true) };
     let scene = &task.part.scene;
     let start = Instant::now();
-    let references = References::new(plan, cell, scene, error.reference_frames.0, &sweep.cache);
+    let references = References::new(plan, run, scene, error.reference_frames.0, &sweep.cache);
     let compared: Vec<u32> = plan.frames.clone().filter(|frame| plan.compares(*frame)).collect();
     for (index, frame) in compared.iter().enumerate() {
         match references.keep(*frame, sweep.stopped)? {
@@ -37,15 +37,15 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, cell: &Cell) -> anyhow::
             }
         }
     }
-    // The time of references is not the cell's.
+    // The time of references is none of the configuration.
     let referenced = start.elapsed();
     let mut records: Vec<FrameRecord> = Vec::new();
     let mut each = |new: Vec<FrameRecord>| {
         records.extend(new.into_iter().filter(|record| plan.compares(record.frame)));
         Ok(())
     };
-    let cells = std::slice::from_ref(cell);
-    let outcomes = measure(plan, scene, cells, Some(&references), sweep.stopped, &mut each)?;
+    let runs = std::slice::from_ref(run);
+    let outcomes = measure(plan, scene, runs, Some(&references), sweep.stopped, &mut each)?;
     let Some(outcome) = outcomes.and_then(|mut outcomes| outcomes.pop()) else { return Ok(false) };
     let shown = outcome.shown.context("no frame was measured")?;
 
@@ -58,7 +58,7 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, cell: &Cell) -> anyhow::
         sweep.config.exposure
     );
     let identity = &task.identity;
-    let off = CellError {
+    let off = ErrorResult {
         width,
         height,
         light_paths: mean(records.iter().map(|record: &FrameRecord| record.get("light_paths")))
@@ -71,7 +71,7 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, cell: &Cell) -> anyhow::
             None => None,
         },
         reference: write(format!("reference-{}.png", digest(&reference_key)), &shown.reference)?,
-        ..CellError::default()
+        ..ErrorResult::default()
     };
     let mean_of_records = |key: &str| {
         mean(records.iter().map(|record: &FrameRecord| record.get(key)).skip(skipped(key, &records)))
@@ -81,7 +81,7 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, cell: &Cell) -> anyhow::
     let sure =
         |measure: &&Measure| Some((measure.key.to_string(), mean_of_records(&measure.standard_error_key())?));
     off.standard_errors = MEASURES.iter().filter_map(sure).collect();
-    let mut result = sweep.result(task, cell);
+    let mut result = sweep.result(task, run);
     if plan.compared != Compared::Last {
         let frame = |record: &FrameRecord| FrameResult {
             frame: record.frame,
@@ -97,7 +97,7 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, cell: &Cell) -> anyhow::
     result.provenance = provenance(outcome.device, sweep.config.seed, wall_s);
     let text = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
     let (flip, relmse) = (text(off.get(&FLIP)), text(off.get(&RELMSE)));
-    (sweep.on_message)(&format!("{} {}: FLIP {flip}, relMSE {relmse}", scene.name, cell.name));
+    (sweep.on_message)(&format!("{} {}: FLIP {flip}, relMSE {relmse}", scene.name, run.name));
     result.error = Some(off);
     sweep.results.write(&result)?;
     Ok(true)

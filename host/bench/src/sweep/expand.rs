@@ -1,4 +1,4 @@
-//! The cells of a sweep's file, each once, with what they are known by.
+//! The run configurations of a sweep's file, each once, with what they are known by.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,11 +8,11 @@ use toml::Spanned;
 
 use super::config::{EnvironmentTable, SweepConfig};
 use super::matrix_table::MatrixTable;
-use crate::cell::Cell;
-use crate::cell_parameters::name_all;
 use crate::identity::{posed, view};
-use crate::matrix::{Cells, keep_one_of_each};
+use crate::matrix::{RunConfigs, keep_one_of_each};
 use crate::plan::{Compared, MeasurementPlan};
+use crate::run_config::RunConfig;
+use crate::run_parameters::name_all;
 use caustics::hash::digest;
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{self, EnvironmentMap, Scene, Staged, Staging};
@@ -21,7 +21,7 @@ use caustics::session::RunnerChoice;
 /// Scenes, each with a camera and a size, that a file may have at most: all are in memory at once.
 const MAX_PARTS: usize = 1000;
 
-/// A scene, a size, and their cells.
+/// A scene, a size, and their run configurations.
 #[derive(Clone, Debug)]
 pub struct SweepPart {
     /// As loaded.
@@ -32,10 +32,10 @@ pub struct SweepPart {
     pub notes: Vec<String>,
     /// Width and height of the image that is timed, if it is (px).
     pub timed_size: Option<(u32, u32)>,
-    /// Hash of all that cells of the part share.
+    /// Hash of all that the configurations of the part share.
     view: String,
     /// What is measured.
-    pub cells: Vec<Cell>,
+    pub runs: Vec<RunConfig>,
 }
 
 /// Everything that a sweep measures.
@@ -48,7 +48,7 @@ pub struct Expanded {
 }
 
 impl Expanded {
-    /// Loads the scenes and makes the cells; `runner` finds the runner of a name.
+    /// Loads the scenes and makes the run configurations; `runner` finds the runner of a name.
     ///
     /// # Errors
     /// A scene that cannot be loaded, a camera or a runner that is not there.
@@ -73,29 +73,29 @@ impl Expanded {
         let environment = config.environment.as_ref().map(EnvironmentTable::map).transpose()?;
         for matrix in &config.matrix {
             let matrix = matrix.get_ref();
-            let Cells { cells, skipped } = matrix.parameters.cells(runner)?;
+            let RunConfigs { runs, skipped } = matrix.parameters.runs(runner)?;
             for line in skipped {
                 if !all.skipped.contains(&line) {
                     all.skipped.push(line);
                 }
             }
             for timed_size in timed_sizes(config, matrix) {
-                let cells = per_pixel(config, timed_size, &cells);
+                let runs = per_pixel(config, timed_size, &runs);
                 for argument in &matrix.scene {
                     match known.entry((argument.clone(), format!("{:?}", matrix.camera), timed_size)) {
                         Entry::Occupied(part) => {
                             let part: &mut SweepPart = &mut all.parts[*part.get()];
-                            part.cells.extend(cells.iter().cloned());
+                            part.runs.extend(runs.iter().cloned());
                         }
                         Entry::Vacant(vacant) => {
                             vacant.insert(all.parts.len());
-                            let cells = cells.clone();
+                            let runs = runs.clone();
                             let part = SweepPart::new(
                                 config,
                                 argument,
                                 matrix,
                                 timed_size,
-                                cells,
+                                runs,
                                 environment.as_ref(),
                             )?;
                             all.parts.push(part);
@@ -105,8 +105,8 @@ impl Expanded {
             }
         }
         for part in &mut all.parts {
-            keep_one_of_each(&mut part.cells);
-            name_all(&mut part.cells);
+            keep_one_of_each(&mut part.runs);
+            name_all(&mut part.runs);
         }
         Ok(all)
     }
@@ -118,7 +118,7 @@ impl SweepPart {
         argument: &str,
         matrix: &MatrixTable,
         timed_size: Option<(u32, u32)>,
-        cells: Vec<Cell>,
+        runs: Vec<RunConfig>,
         environment: Option<&EnvironmentMap>,
     ) -> anyhow::Result<SweepPart> {
         let error_size = config.error.as_ref().map(|error| (error.width.0, error.height.0));
@@ -132,8 +132,8 @@ impl SweepPart {
             aspect: f64::from(width) / f64::from(height),
         };
         let Staged { scene, camera, notes } = staging.load(&scene::resolve(argument)?)?;
-        let mut part = SweepPart { camera, notes, timed_size, view: String::new(), scene, cells };
-        // What differs between cells is said by each of them.
+        let mut part = SweepPart { camera, notes, timed_size, view: String::new(), scene, runs };
+        // Each run configuration says itself in what it differs from others.
         let plan = part.plan(config);
         let first = posed(&part.scene, plan.time_of(config.first_frame))?;
         part.view = digest(&view(&first, &part.camera, &plan.config));
@@ -145,7 +145,7 @@ impl SweepPart {
         self.scene.is_animated() && config.moment_s.is_none()
     }
 
-    /// What all plans have in common: neither time nor error, and no cells.
+    /// What all plans have in common: neither time nor error, and no run configurations.
     pub fn plan(&self, config: &SweepConfig) -> MeasurementPlan {
         let image = RenderConfig {
             seed: config.seed,
@@ -179,9 +179,9 @@ impl SweepPart {
         Some(MeasurementPlan { config: image, frames, warm_up: time.warm_up, time: true, ..plan })
     }
 
-    /// The frames by which errors of a cell are measured, if they are. Of a scene where nothing moves that is one frame;
-    /// where something outlives its frame, the last of several.
-    pub fn error_plan(&self, config: &SweepConfig, cell: &Cell) -> Option<MeasurementPlan> {
+    /// The frames by which errors of a run configuration are measured, if they are. Of a scene where nothing moves that is
+    /// one frame; where something outlives its frame, the last of several.
+    pub fn error_plan(&self, config: &SweepConfig, run: &RunConfig) -> Option<MeasurementPlan> {
         let error = config.error.as_ref()?;
         let plan = self.plan(config);
         let first = if self.moves(config) { config.first_frame } else { 0 };
@@ -192,15 +192,16 @@ impl SweepPart {
             None => Compared::Last,
         };
         let is_alone =
-            compared == Compared::Last && cell.config.method.kept(cell.config.parts()).next().is_none();
+            compared == Compared::Last && run.config.method.kept(run.config.parts()).next().is_none();
         let frames = if is_alone { end - 1..end } else { first..end };
         let image = RenderConfig { width: error.width.0, height: error.height.0, ..plan.config };
         Some(MeasurementPlan { config: image, frames, compared, seeds: error.seeds.0, ..plan })
     }
 
-    /// Hash of all that decides what is measured of a cell.
-    pub fn identity(&self, config: &SweepConfig, cell: &Cell) -> String {
-        // Without dots: whoever adds a key decides. The common settings and what the scene got are in the view, the lists in the cells.
+    /// Hash of all that decides what is measured of a run configuration.
+    pub fn identity(&self, config: &SweepConfig, run: &RunConfig) -> String {
+        // Without dots: whoever adds a key decides. The common settings and what the scene got are in the view, the lists in
+        // the run configurations.
         let SweepConfig {
             fps,
             first_frame,
@@ -227,7 +228,7 @@ impl SweepPart {
         let (view, size) = (&self.view, self.timed_size);
         let text = format!(
             "{view} {moves:?} {moment_s:?} seed {seed} {exposure} {time:?} {size:?} {error:?} {}",
-            cell.key()
+            run.key()
         );
         digest(&text)
     }
@@ -241,15 +242,16 @@ fn timed_sizes(config: &SweepConfig, matrix: &MatrixTable) -> Vec<Option<(u32, u
     matrix.size.iter().map(|(width, height)| Some((width.0, height.0))).collect()
 }
 
-/// The cells with light paths a pixel instead of a number of them, so that images of all sizes have the same.
-fn per_pixel(config: &SweepConfig, timed_size: Option<(u32, u32)>, cells: &[Cell]) -> Vec<Cell> {
+/// The run configurations with light paths a pixel instead of a number of them, so that images of all sizes have the
+/// same.
+fn per_pixel(config: &SweepConfig, timed_size: Option<(u32, u32)>, runs: &[RunConfig]) -> Vec<RunConfig> {
     let size = timed_size.or(config.error.as_ref().map(|error| (error.width.0, error.height.0)));
     let pixels = size.map_or(1.0, |(width, height)| f64::from(width) * f64::from(height));
-    let to_per_pixel = |cell: &Cell| match cell.config.light_paths {
+    let to_per_pixel = |run: &RunConfig| match run.config.light_paths {
         Paths::Count(count) => {
-            cell.clone().with(|config| config.light_paths = Paths::PerPixel(f64::from(count) / pixels))
+            run.clone().with(|config| config.light_paths = Paths::PerPixel(f64::from(count) / pixels))
         }
-        _ => cell.clone(),
+        _ => run.clone(),
     };
-    cells.iter().map(to_per_pixel).collect()
+    runs.iter().map(to_per_pixel).collect()
 }

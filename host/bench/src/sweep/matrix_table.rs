@@ -1,4 +1,4 @@
-//! `[[matrix]]` of a sweep's file: lists of values, of which all combinations are cells.
+//! `[[matrix]]` of a sweep's file: lists of values, of which all combinations are run configurations.
 
 use std::fmt;
 

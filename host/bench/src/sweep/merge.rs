@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use crate::result::CellResult;
+use crate::result::RunResult;
 use crate::store;
 use caustics::file::read_file;
 use caustics::output::target::Target;
@@ -25,7 +25,7 @@ pub struct Joined {
 /// one that was measured more fully wins (time and error), else the newer one. A count for each folder.
 pub fn merge(folders: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Joined>> {
     store::create(out)?;
-    let mut known: BTreeMap<String, CellResult> =
+    let mut known: BTreeMap<String, RunResult> =
         store::read_all(out)?.into_iter().map(|result| (result.identity.clone(), result)).collect();
     let mut counts = Vec::new();
     for folder in folders {
@@ -47,15 +47,15 @@ pub fn merge(folders: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Joined>> {
     Ok(counts)
 }
 
-fn rank(result: &CellResult) -> (usize, u64) {
+fn rank(result: &RunResult) -> (usize, u64) {
     let parts = usize::from(result.time.is_some()) + usize::from(result.error.is_some());
     (parts, result.provenance.unix_s)
 }
 
-fn copy_images(from: &Path, to: &Path, result: &CellResult) -> anyhow::Result<()> {
+fn copy_images(from: &Path, to: &Path, result: &RunResult) -> anyhow::Result<()> {
     let Some(error) = &result.error else { return Ok(()) };
     for name in [&error.image, &error.error_map, &error.reference].into_iter().flatten() {
-        let (source, target) = (store::cells(from).join(name), store::cells(to).join(name));
+        let (source, target) = (store::results_folder(from).join(name), store::results_folder(to).join(name));
         let bytes = read_file(&source).with_context(|| format!("cannot read {}", source.display()))?;
         Target::claim(&target, true)?.finish(&bytes)?;
     }
@@ -65,30 +65,31 @@ fn copy_images(from: &Path, to: &Path, result: &CellResult) -> anyhow::Result<()
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::result::{CellError, CellTime, Provenance};
+    use crate::result::{ErrorResult, Provenance, TimeResult};
 
     /// The identity of a digit.
     fn digit_identity(digit: &str) -> String {
         format!("{digit:0>16}")
     }
 
-    fn result(digit: &str, unix_s: u64, is_whole: bool) -> CellResult {
+    fn result(digit: &str, unix_s: u64, is_whole: bool) -> RunResult {
         let identity = digit_identity(digit);
-        let error = CellError { image: Some(format!("{identity}.png")), ..CellError::default() };
-        CellResult {
+        let error = ErrorResult { image: Some(format!("{identity}.png")), ..ErrorResult::default() };
+        RunResult {
             identity,
-            time: is_whole.then(CellTime::default),
+            time: is_whole.then(TimeResult::default),
             error: Some(error),
             provenance: Provenance { unix_s, ..Provenance::default() },
-            ..CellResult::default()
+            ..RunResult::default()
         }
     }
 
-    fn write(folder: &Path, results: &[CellResult], image: &str) {
+    fn write(folder: &Path, results: &[RunResult], image: &str) {
         store::create(folder).unwrap();
         for result in results {
             store::write(folder, result).unwrap();
-            std::fs::write(store::cells(folder).join(format!("{}.png", result.identity)), image).unwrap();
+            std::fs::write(store::results_folder(folder).join(format!("{}.png", result.identity)), image)
+                .unwrap();
         }
     }
 
@@ -112,7 +113,7 @@ mod tests {
         let merged = store::read_all(&out).unwrap();
         assert_eq!(merged, [&old[0], &new[1], &old[2], &old[3], &new[4]].map(Clone::clone));
         let images = ["1", "2", "3", "4", "5"].map(|name| {
-            std::fs::read_to_string(store::cells(&out).join(digit_identity(name) + ".png")).unwrap()
+            std::fs::read_to_string(store::results_folder(&out).join(digit_identity(name) + ".png")).unwrap()
         });
         assert_eq!(images, ["a", "b", "a", "a", "b"]);
         // Again, in the other order: the same.
@@ -125,10 +126,10 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let [a, out] = ["a", "out"].map(|name| root.path().join(name));
         let image = |name: &str| {
-            let error = CellError { image: Some(name.into()), ..CellError::default() };
-            CellResult { error: Some(error), ..result("1", 1, true) }
+            let error = ErrorResult { image: Some(name.into()), ..ErrorResult::default() };
+            RunResult { error: Some(error), ..result("1", 1, true) }
         };
-        let named = |identity: &str| CellResult { identity: identity.into(), ..result("1", 1, true) };
+        let named = |identity: &str| RunResult { identity: identity.into(), ..result("1", 1, true) };
         let precious = root.path().join("precious.json");
         let absolute = root.path().join("precious");
         std::fs::write(&precious, "precious").unwrap();
@@ -149,7 +150,7 @@ mod tests {
             std::fs::write(store::file(&a, &digit_identity("1")), text).unwrap();
             let error = format!("{:#}", merge(std::slice::from_ref(&a), &out).unwrap_err());
             assert!(error.contains(what) && error.contains(&digit_identity("1")), "{error}");
-            assert_eq!(store::cells(&out).read_dir().unwrap().count(), 0);
+            assert_eq!(store::results_folder(&out).read_dir().unwrap().count(), 0);
         }
         assert_eq!(std::fs::read(precious).unwrap(), b"precious");
     }

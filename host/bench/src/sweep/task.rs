@@ -1,4 +1,4 @@
-//! What is measured with what: a cell of a sweep, and the sweep that it belongs to.
+//! What is measured with what: a run configuration of a sweep, and the sweep that it belongs to.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -6,35 +6,35 @@ use std::path::PathBuf;
 
 use super::config::SweepConfig;
 use super::expand::SweepPart;
-use crate::cell::Cell;
-use crate::result::{CellResult, FrameResult};
+use crate::result::{FrameResult, RunResult};
+use crate::run_config::RunConfig;
 use crate::store::Results;
 use caustics::render_config::{Paths, RenderConfig};
 
-/// A cell and what it is known by.
+/// A run configuration and what it is known by.
 #[derive(Clone, Debug)]
 pub struct Task<'a> {
     /// Its scene.
     pub part: &'a SweepPart,
-    /// The cell.
-    pub cell: Cell,
+    /// The run configuration.
+    pub run: RunConfig,
     /// Hash of all that decides its measures.
     pub identity: String,
 }
 
 impl<'a> Task<'a> {
-    /// A cell of a part.
-    pub fn new(config: &SweepConfig, part: &'a SweepPart, cell: &Cell) -> Task<'a> {
-        Task { part, cell: cell.clone(), identity: part.identity(config, cell) }
+    /// A run configuration of a part.
+    pub fn new(config: &SweepConfig, part: &'a SweepPart, run: &RunConfig) -> Task<'a> {
+        Task { part, run: run.clone(), identity: part.identity(config, run) }
     }
 
-    /// All cells of a part.
+    /// All run configurations of a part.
     pub fn all(config: &SweepConfig, part: &'a SweepPart) -> Vec<Task<'a>> {
-        part.cells.iter().map(|cell| Task::new(config, part, cell)).collect()
+        part.runs.iter().map(|run| Task::new(config, part, run)).collect()
     }
 
     /// Whether a result is all that is asked for.
-    pub fn is_whole(&self, config: &SweepConfig, result: &CellResult) -> bool {
+    pub fn is_whole(&self, config: &SweepConfig, result: &RunResult) -> bool {
         (config.time.is_none() || result.time.is_some()) && (config.error.is_none() || result.error.is_some())
     }
 
@@ -44,7 +44,7 @@ impl<'a> Task<'a> {
     }
 }
 
-/// What all cells are measured with.
+/// What all run configurations are measured with.
 pub struct SweepContext<'a> {
     /// What is measured.
     pub config: &'a SweepConfig,
@@ -56,21 +56,21 @@ pub struct SweepContext<'a> {
     pub stopped: &'a dyn Fn() -> bool,
     /// Receives messages on the progress.
     pub on_message: &'a dyn Fn(&str),
-    /// Light paths that were searched for, by the cell's identity.
+    /// Light paths that were searched for, by the identity of the run configuration.
     pub found: RefCell<BTreeMap<String, Paths>>,
 }
 
 impl SweepContext<'_> {
-    /// The result that a task has; an empty one where it has none. `cell` is the task's with the light paths that were found.
-    pub fn result(&self, task: &Task, cell: &Cell) -> CellResult {
+    /// The result that a task has; an empty one where it has none. `run` is the task's with the light paths that were found.
+    pub fn result(&self, task: &Task, run: &RunConfig) -> RunResult {
         self.results.read(&task.identity).unwrap_or_else(|| {
             let of_error = self.config.error.as_ref().map(|error| (error.width.0, error.height.0));
             let (width, height) = task.part.timed_size.or(of_error).unwrap_or((1, 1));
             let config = RenderConfig { width, height, ..task.part.plan(self.config).config };
-            CellResult {
+            RunResult {
                 identity: task.identity.clone(),
-                cell: cell.values(&task.part.scene, &task.part.camera, &config),
-                ..CellResult::default()
+                config: run.values(&task.part.scene, &task.part.camera, &config),
+                ..RunResult::default()
             }
         })
     }

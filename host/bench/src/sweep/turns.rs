@@ -1,11 +1,11 @@
-//! Cells of one scene and runner: they take turns while they are timed, then each is held against the reference.
+//! Run configurations of one scene and runner: they take turns while they are timed, then each is held against the
+//! reference.
 
 use anyhow::Context;
 
 use super::equal_time::{EqualTimeResult, TOLERANCE, held, is_met, search};
 use super::errors::measure_error;
 use super::task::{SweepContext, Task, joined};
-use crate::cell::Cell;
 use crate::cost::costs;
 use crate::identity::posed;
 use crate::measure::measure;
@@ -13,28 +13,29 @@ use crate::memory::memory;
 use crate::parameter::PATHS_PER_PIXEL;
 use crate::plan::MeasurementPlan;
 use crate::record::FrameRecord;
-use crate::result::{CellTime, FrameResult};
+use crate::result::{FrameResult, TimeResult};
+use crate::run_config::RunConfig;
 use crate::store::provenance;
-use crate::timing::{cell_time, quartiles};
+use crate::timing::{quartiles, time_result};
 use caustics::render_config::Paths;
 use caustics::scene::Scene;
 use caustics::trace_rate::closest_hits_per_second;
 
-/// Most cells that take turns, the first one of the group aside: what an interruption loses.
+/// Most run configurations that take turns, the first one of the group aside: what an interruption loses.
 const MAX_TURNS: usize = 8;
 /// Most memory of all that take turns (bytes).
 const MAX_MEMORY: usize = 6 << 30;
 /// Frames by which a number of light paths is tried.
 const TRIAL_FRAMES: u32 = 5;
-/// Rounds of turns in which light paths are corrected, at most: beside others a cell is slower than by itself.
+/// Rounds of turns in which light paths are corrected, at most: beside others a configuration is slower than by itself.
 const MAX_CORRECTIONS: u32 = 6;
 /// Most light paths a pixel that are tried.
 const MAX_PER_PIXEL: u64 = 4096;
 
-/// A cell with its light paths found.
+/// A run configuration with its light paths found.
 struct Ready<'a> {
     task: &'a Task<'a>,
-    cell: Cell,
+    run: RunConfig,
 }
 
 impl SweepContext<'_> {
@@ -46,7 +47,7 @@ impl SweepContext<'_> {
     pub fn measure_all(&self, tasks: &[Task]) -> anyhow::Result<bool> {
         let missing: Vec<&Task> =
             tasks.iter().filter(|task| !task.is_done(self.config, self.results)).collect();
-        let is_one = |a: &&Task, b: &&Task| std::ptr::eq(a.part, b.part) && a.cell.runner == b.cell.runner;
+        let is_one = |a: &&Task, b: &&Task| std::ptr::eq(a.part, b.part) && a.run.runner == b.run.runner;
         for group in missing.chunk_by(is_one) {
             if !measure_group(self, group)? {
                 return Ok(false);
@@ -66,7 +67,7 @@ fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> 
     // Times that are known wait for their errors only.
     for task in timed {
         let Some(ready) = find_paths(sweep, task)? else { return Ok(false) };
-        if !measure_error(sweep, task, &ready.cell)? {
+        if !measure_error(sweep, task, &ready.run)? {
             return Ok(false);
         }
     }
@@ -76,17 +77,19 @@ fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> 
     let mut rest = &untimed[..];
     while let Some(task) = rest.first() {
         let part = task.part;
-        // The first cell of the scene on this runner has a turn too, whoever measures it: what ratios are held against.
-        let first = part.cells.iter().find(|cell| cell.runner == task.cell.runner).unwrap_or(&task.cell);
+        // The first configuration of the scene on this runner, which ratios are held against, has a turn too, whatever
+        // process measures it.
+        let first = part.runs.iter().find(|run| run.runner == task.run.runner).unwrap_or(&task.run);
         let first = Task::new(sweep.config, part, first);
         let Some(first) = find_paths(sweep, &first)? else { return Ok(false) };
         let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
         let tables: usize = scene.buffers().iter().map(|(_, bytes)| bytes.len()).sum();
-        let size = |cell: &Cell| tables + memory(&plan, cell, &scene).map_or(0, |memory| memory.total_bytes);
-        let (mut turns, mut bytes) = (Vec::new(), size(&first.cell));
+        let size =
+            |run: &RunConfig| tables + memory(&plan, run, &scene).map_or(0, |memory| memory.total_bytes);
+        let (mut turns, mut bytes) = (Vec::new(), size(&first.run));
         while let Some(task) = rest.first() {
             let Some(ready) = find_paths(sweep, task)? else { return Ok(false) };
-            bytes += size(&ready.cell);
+            bytes += size(&ready.run);
             if !turns.is_empty() && (turns.len() == MAX_TURNS || bytes > MAX_MEMORY) {
                 break;
             }
@@ -99,7 +102,7 @@ fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> 
         }
         for task in tasks {
             let Some(ready) = find_paths(sweep, task)? else { return Ok(false) };
-            if !measure_error(sweep, task, &ready.cell)? {
+            if !measure_error(sweep, task, &ready.run)? {
                 return Ok(false);
             }
         }
@@ -107,16 +110,16 @@ fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> 
     Ok(true)
 }
 
-/// A cell that took its turns.
+/// A run configuration that took its turns.
 struct Timed<'a> {
     ready: Ready<'a>,
-    time: CellTime,
+    time: TimeResult,
     frames: Vec<FrameResult>,
     device: String,
 }
 
-/// Times cells and writes their files. Cells that share a time to meet take their turns again, with corrected light paths,
-/// as long as one of them misses it.
+/// Times run configurations and writes their files. Those that share a time to meet take their turns again, with corrected
+/// light paths, as long as one of them misses it.
 fn take_turns<'a>(
     sweep: &SweepContext,
     plan: &MeasurementPlan,
@@ -125,12 +128,12 @@ fn take_turns<'a>(
     corrections: u32,
 ) -> anyhow::Result<bool> {
     let Some(part) = turns.first().map(|ready| ready.task.part) else { return Ok(true) };
-    let mut cells = vec![first.cell.clone()];
-    cells.extend(turns.iter().map(|ready| ready.cell.clone()).filter(|cell| cell.name != first.cell.name));
+    let mut runs = vec![first.run.clone()];
+    runs.extend(turns.iter().map(|ready| ready.run.clone()).filter(|run| run.name != first.run.name));
     (sweep.on_message)(&format!(
-        "{}: {} cells take turns for {} frames",
+        "{}: {} run configurations take turns for {} frames",
         part.scene.name,
-        cells.len(),
+        runs.len(),
         plan.frames.len()
     ));
     let mut records: Vec<FrameRecord> = Vec::new();
@@ -138,26 +141,26 @@ fn take_turns<'a>(
         records.extend(new);
         Ok(())
     };
-    let outcomes = measure(plan, &part.scene, &cells, None, sweep.stopped, &mut each)?;
+    let outcomes = measure(plan, &part.scene, &runs, None, sweep.stopped, &mut each)?;
     let Some(outcomes) = outcomes else { return Ok(false) };
     let scene = posed(&part.scene, plan.time_of(plan.frames.start))?;
     let has_rate = sweep.config.time.as_ref().is_some_and(|time| time.tracer_rate);
-    let hits_per_s = if has_rate { Some(tracer_rate(plan, &scene, &first.cell)?) } else { None };
-    let time = |cell: &Cell| -> anyhow::Result<CellTime> {
-        let time = cell_time(plan, &scene, cell, &first.cell, &records).context("no frame was timed")?;
-        let own: Vec<&FrameRecord> = records.iter().filter(|record| record.cell == cell.name).collect();
-        let costs = hits_per_s.and_then(|rate| costs(plan, &scene, cell, &own, rate)).unwrap_or_default();
-        Ok(CellTime { costs, ..time })
+    let hits_per_s = if has_rate { Some(tracer_rate(plan, &scene, &first.run)?) } else { None };
+    let time = |run: &RunConfig| -> anyhow::Result<TimeResult> {
+        let time = time_result(plan, &scene, run, &first.run, &records).context("no frame was timed")?;
+        let own: Vec<&FrameRecord> = records.iter().filter(|record| record.run == run.name).collect();
+        let costs = hits_per_s.and_then(|rate| costs(plan, &scene, run, &own, rate)).unwrap_or_default();
+        Ok(TimeResult { costs, ..time })
     };
-    let first_ms = time(&first.cell)?.total_ms.median;
+    let first_ms = time(&first.run)?.total_ms.median;
     let timed = |ready: Ready<'a>| -> anyhow::Result<Timed<'a>> {
-        let cell = &ready.cell;
-        let own: Vec<&FrameRecord> = records.iter().filter(|record| record.cell == cell.name).collect();
+        let run = &ready.run;
+        let own: Vec<&FrameRecord> = records.iter().filter(|record| record.run == run.name).collect();
         let faults: f64 = own.iter().filter_map(|record| record.get("faults")).sum();
         if faults > 0.0 {
             (sweep.on_message)(&format!(
                 "warning: {}: {faults} photons, addends or media were dropped or clamped",
-                cell.name
+                run.name
             ));
         }
         let of_frame = |record: &&FrameRecord| FrameResult {
@@ -166,16 +169,16 @@ fn take_turns<'a>(
             ..FrameResult::default()
         };
         let frames = if part.moves(sweep.config) { own.iter().map(of_frame).collect() } else { Vec::new() };
-        let index = cells.iter().position(|known| known.name == cell.name);
+        let index = runs.iter().position(|known| known.name == run.name);
         let outcome = index.and_then(|index| outcomes.get(index));
         let device = outcome.map(|outcome| outcome.device.clone()).unwrap_or_default();
-        Ok(Timed { time: time(cell)?, frames, device, ready })
+        Ok(Timed { time: time(run)?, frames, device, ready })
     };
     let timed: Vec<Timed> = turns.into_iter().map(timed).collect::<anyhow::Result<_>>()?;
 
     let (shared, fixed): (Vec<Timed>, Vec<Timed>) = timed
         .into_iter()
-        .partition(|timed| matches!(timed.ready.task.cell.config.light_paths, Paths::Time(_)));
+        .partition(|timed| matches!(timed.ready.task.run.config.light_paths, Paths::Time(_)));
     for timed in fixed {
         write(sweep, timed, None)?;
     }
@@ -189,27 +192,27 @@ fn take_turns<'a>(
     }
     let mut again = Vec::new();
     for (Timed { ready, time, .. }, miss) in shared.into_iter().zip(misses) {
-        let mut cell = ready.cell;
+        let mut run = ready.run;
         if let Some(next) = miss.and_then(|miss| miss.next) {
             let ms = time.total_ms.median;
             (sweep.on_message)(&format!(
                 "{} {}: {ms:.2} ms beside others; {next} light paths next",
-                scene.name, cell.name
+                scene.name, run.name
             ));
             let pixels = f64::from(time.width) * f64::from(time.height);
-            cell.config.light_paths = Paths::PerPixel(f64::from(next) / pixels);
+            run.config.light_paths = Paths::PerPixel(f64::from(next) / pixels);
         }
-        again.push(Ready { task: ready.task, cell });
+        again.push(Ready { task: ready.task, run });
     }
-    let is_first = |ready: &&Ready| ready.cell.name == first.cell.name;
-    let cell = again.iter().find(is_first).unwrap_or(first).cell.clone();
-    take_turns(sweep, plan, &Ready { task: first.task, cell }, again, corrections - 1)
+    let is_first = |ready: &&Ready| ready.run.name == first.run.name;
+    let run = again.iter().find(is_first).unwrap_or(first).run.clone();
+    take_turns(sweep, plan, &Ready { task: first.task, run }, again, corrections - 1)
 }
 
 fn write(sweep: &SweepContext, timed: Timed, note: Option<String>) -> anyhow::Result<()> {
-    let Timed { ready: Ready { task, cell }, time, frames, device } = timed;
-    (sweep.on_message)(&format!("{} {}: {:.2} ms", task.part.scene.name, cell.name, time.total_ms.median));
-    let mut result = sweep.result(task, &cell);
+    let Timed { ready: Ready { task, run }, time, frames, device } = timed;
+    (sweep.on_message)(&format!("{} {}: {:.2} ms", task.part.scene.name, run.name, time.total_ms.median));
+    let mut result = sweep.result(task, &run);
     let wall_s = result.provenance.wall_s + time.total_ms.median * f64::from(time.frames) / 1e3;
     result.time = Some(time);
     result.frames = joined(&result.frames, &frames);
@@ -218,10 +221,10 @@ fn write(sweep: &SweepContext, timed: Timed, note: Option<String>) -> anyhow::Re
     sweep.results.write(&result)
 }
 
-/// Closest hits a second of the tracer alone, on the runner of a cell.
-fn tracer_rate(plan: &MeasurementPlan, scene: &Scene, cell: &Cell) -> anyhow::Result<f64> {
-    let features = cell.config.features.features(scene, plan.config.specular_roughness);
-    Ok(closest_hits_per_second(&cell.runner, scene, scene.camera(Some(&plan.camera))?, features)?)
+/// Closest hits a second of the tracer alone, on the runner of a run configuration.
+fn tracer_rate(plan: &MeasurementPlan, scene: &Scene, run: &RunConfig) -> anyhow::Result<f64> {
+    let features = run.config.features.features(scene, plan.config.specular_roughness);
+    Ok(closest_hits_per_second(&run.runner, scene, scene.camera(Some(&plan.camera))?, features)?)
 }
 
 /// A time that was not met.
@@ -232,12 +235,12 @@ struct Miss {
     note: String,
 }
 
-/// None where a cell meets its time.
+/// None where a run configuration meets its time.
 fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss> {
-    let Timed { ready: Ready { task, cell }, time, .. } = timed;
-    let Paths::Time(target) = task.cell.config.light_paths else { return None };
+    let Timed { ready: Ready { task, run }, time, .. } = timed;
+    let Paths::Time(target) = task.run.config.light_paths else { return None };
     let shared =
-        time.ratio_to_first.filter(|_| first.task.cell.config.light_paths == task.cell.config.light_paths);
+        time.ratio_to_first.filter(|_| first.task.run.config.light_paths == task.run.config.light_paths);
     let (own, goal) = held(time.total_ms.median, shared.map(|ratio| (ratio, first_ms)), target);
     if is_met(own, goal) {
         return None;
@@ -245,7 +248,7 @@ fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> 
     // What is missing of the time, at the price of a light path.
     let rate = time.light_paths_per_s.unwrap_or(0.0);
     let paths = f64::from(time.light_paths) + (goal - own) * rate / 1e3;
-    let paths = paths.round().clamp(1.0, f64::from(max_paths(plan, cell)));
+    let paths = paths.round().clamp(1.0, f64::from(max_paths(plan, run)));
     let why = if paths <= 1.0 { "; all other work takes longer" } else { "" };
     let note = format!(
         "equal_time_ms = {target}: not met within {} %; {} light paths take {own:.3} ms{why}",
@@ -257,28 +260,29 @@ fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> 
 }
 
 /// Most light paths of a frame that are tried: the kernels count rays in 32 bits.
-fn max_paths(plan: &MeasurementPlan, cell: &Cell) -> u32 {
+fn max_paths(plan: &MeasurementPlan, run: &RunConfig) -> u32 {
     let pixels = u64::from(plan.config.width) * u64::from(plan.config.height);
-    u64::from(u32::MAX / (cell.config.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
+    u64::from(u32::MAX / (run.config.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
 }
 
-/// The cell of a task with its light paths: searched for where a time is given, but once. None where it was stopped.
+/// The run configuration of a task with its light paths: searched for where a time is given, but once. None where it was
+/// stopped.
 fn find_paths<'a>(sweep: &SweepContext, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
-    let Paths::Time(target) = task.cell.config.light_paths else {
-        return Ok(Some(Ready { task, cell: task.cell.clone() }));
+    let Paths::Time(target) = task.run.config.light_paths else {
+        return Ok(Some(Ready { task, run: task.run.clone() }));
     };
-    let with = |paths| task.cell.clone().with(|config| config.light_paths = paths);
+    let with = |paths| task.run.clone().with(|config| config.light_paths = paths);
     if let Some(known) = sweep.results.read(&task.identity).filter(|known| known.time.is_some()) {
-        return Ok(Some(Ready { task, cell: with(Paths::PerPixel(known.cell.number(&PATHS_PER_PIXEL))) }));
+        return Ok(Some(Ready { task, run: with(Paths::PerPixel(known.config.number(&PATHS_PER_PIXEL))) }));
     }
     if let Some(paths) = sweep.found.borrow().get(&task.identity) {
-        return Ok(Some(Ready { task, cell: with(*paths) }));
+        return Ok(Some(Ready { task, run: with(*paths) }));
     }
     let plan = task.part.time_plan(sweep.config).context("there is no table [time]")?;
     let (start, count) = (plan.frames.start, plan.frames.len() as u32);
     let frames = start..start + count.min(TRIAL_FRAMES);
     let mut trial = |paths: u32| -> anyhow::Result<f64> {
-        let cell = with(Paths::Count(paths));
+        let run = with(Paths::Count(paths));
         let plan = MeasurementPlan { frames: frames.clone(), warm_up: 1, ..plan.clone() };
         let mut totals = Vec::new();
         let mut each = |records: Vec<FrameRecord>| {
@@ -286,21 +290,21 @@ fn find_paths<'a>(sweep: &SweepContext, task: &'a Task<'a>) -> anyhow::Result<Op
             Ok(())
         };
         let scene = &task.part.scene;
-        measure(&plan, scene, &[cell], None, sweep.stopped, &mut each)?.context("interrupted")?;
+        measure(&plan, scene, &[run], None, sweep.stopped, &mut each)?.context("interrupted")?;
         let median = quartiles(&totals).context("no frame was timed")?.median;
         (sweep.on_message)(&format!(
             "{} {}: {paths} light paths take {median:.2} ms of {target}",
-            scene.name, task.cell.name
+            scene.name, task.run.name
         ));
         Ok(median)
     };
     let pixels = u64::from(plan.config.width) * u64::from(plan.config.height);
-    let found = search(target, pixels as u32, max_paths(&plan, &task.cell), &mut trial);
+    let found = search(target, pixels as u32, max_paths(&plan, &task.run), &mut trial);
     if (sweep.stopped)() {
         return Ok(None);
     }
     let found: EqualTimeResult = found?;
     let paths = Paths::PerPixel(f64::from(found.paths) / pixels as f64);
     sweep.found.borrow_mut().insert(task.identity.clone(), paths);
-    Ok(Some(Ready { task, cell: with(paths) }))
+    Ok(Some(Ready { task, run: with(paths) }))
 }

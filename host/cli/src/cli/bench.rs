@@ -17,7 +17,7 @@ use super::{ImageOptions, Loading, Machine};
   caustics bench animated-light --history none,paper,validated --measure error --frames 0..48 --width 240 --height 135 -o error")]
 #[command(mut_arg("exposure", |arg| arg.default_value("0").help("Exposure of the display that FLIP looks at, and of PNGs (stops)")))]
 #[command(mut_arg("pixel_filter", |arg| arg.help("Where in a pixel its rays go [default: centre]")))]
-#[command(mut_arg("texture_filter", |arg| arg.help("Which level of its textures the camera sees, in all cells and the references alike [default: cone]")))]
+#[command(mut_arg("texture_filter", |arg| arg.help("Which level of its textures the camera sees, in all run configurations and the references alike [default: cone]")))]
 #[command(mut_arg("seed", |arg| arg.help("First seed of all random numbers")))]
 pub struct Bench {
     /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
@@ -43,7 +43,7 @@ pub struct Bench {
     /// Time of the scene's animations that all frames show (s) (default: each its own)
     #[arg(long, value_name = "SECONDS")]
     pub moment: Option<f64>,
-    /// Independent runs of each cell that is compared with references
+    /// Independent seeds of each run configuration that is compared with references
     #[arg(long, default_value_t = 4)]
     pub seeds: u32,
     /// Compare every frame where nothing moves too, not the last alone

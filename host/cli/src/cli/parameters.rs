@@ -2,10 +2,10 @@
 
 use std::marker::PhantomData;
 
-use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{
     self, AUTO, FEATURES, MAX_BOUNCES, PARAMETERS, PATHS_PER_PIXEL, Parameter, RUNNER, Values, spelled,
 };
+use caustics_bench::run_config::RunConfig;
 use caustics_bench::sweep::matrix_table::MatrixTable;
 use caustics_kernels::method::basic::BASIC;
 use clap::builder::{PossibleValue, PossibleValuesParser, ValueParser};
@@ -141,40 +141,40 @@ impl<C: CommandParameters> ParameterOptions<C> {
 
     /// The one configuration, its runner still by its name. What its method has no use for is refused: names but the
     /// one that stands for none, and `auto` where it is not usual.
-    pub fn cell(&self) -> Result<Cell, Usage> {
-        self.cell_of(&[])
+    pub fn run_config(&self) -> Result<RunConfig, Usage> {
+        self.run_config_with(&[])
     }
 
     /// The same with other values where none was given.
-    pub fn cell_of(&self, default: &[(&Parameter, &str)]) -> Result<Cell, Usage> {
-        let mut cell = Cell::new(&BASIC);
+    pub fn run_config_with(&self, default: &[(&Parameter, &str)]) -> Result<RunConfig, Usage> {
+        let mut run_config = RunConfig::new(&BASIC);
         let values = PARAMETERS
             .into_iter()
             .map(|parameter| (parameter, parameter.default))
             .chain(default.iter().copied());
         for (parameter, value) in values {
-            parameter.set(&mut cell, value).map_err(Usage)?;
+            parameter.set(&mut run_config, value).map_err(Usage)?;
         }
         for (key, _, values) in &self.given {
             let Some((parameter, value)) = values.last().and_then(|value| spelled(key, value)) else {
                 continue;
             };
-            parameter.set(&mut cell, &value).map_err(Usage)?;
+            parameter.set(&mut run_config, &value).map_err(Usage)?;
         }
         for parameter in PARAMETERS.into_iter().filter(|parameter| self.has(parameter)) {
-            let value = parameter.get(&cell);
+            let value = parameter.get(&run_config);
             let names = match parameter.values {
                 Values::Names(_) => value != parameter.neutral,
                 Values::Numbers(_) => value == AUTO && parameter.default != AUTO,
             };
-            if let Some(why) = (parameter.not_applicable)(&cell).filter(|_| names) {
-                let (option, method) = (parameter.option(), cell.config.method.name);
+            if let Some(why) = (parameter.not_applicable)(&run_config).filter(|_| names) {
+                let (option, method) = (parameter.option(), run_config.config.method.name);
                 return Err(Usage(format!(
                     "--{option} {value}: --method {method} {why}; use --method basic"
                 )));
             }
         }
-        Ok(cell.effective())
+        Ok(run_config.effective())
     }
 
     /// All configurations, as the `[[matrix]]` of a sweep.

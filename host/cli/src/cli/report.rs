@@ -13,7 +13,7 @@ pub struct ReportOptions {
     /// Folders of results, as `sweep` and `bench` write them (cells/*.json in each)
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
-    /// Results from before: a table shows what differs of each cell, and whether by more than noise
+    /// Results from before: a table shows what differs of each run configuration, and whether by more than noise
     #[arg(long, value_name = "DIR")]
     pub baseline: Vec<PathBuf>,
     /// The HTML file to write; SVG and CSV files of its figures go into a folder beside it (report_files)

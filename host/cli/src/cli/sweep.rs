@@ -21,7 +21,7 @@ pub struct SweepOptions {
     /// The folder to write: cells/*.json with images, and cells.csv; what it has already is not measured again
     #[arg(short, long, required_unless_present = "dry_run")]
     pub output: Option<PathBuf>,
-    /// Print the cells, which of them are done and how many references it takes; measure nothing
+    /// Print the run configurations, which of them are done and how many references it takes; measure nothing
     #[arg(long)]
     pub dry_run: bool,
     /// Which part is measured.

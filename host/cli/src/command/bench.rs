@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use caustics::exposure::Exposure;
 use caustics_bench::parameter::PATHS_PER_PIXEL;
-use caustics_bench::result::CellResult;
+use caustics_bench::result::RunResult;
 use caustics_bench::store::{Results, create};
 use caustics_bench::sweep::config::{EnvironmentTable, ErrorTable, SweepConfig, TimeTable};
 use caustics_bench::sweep::value::{Count, Positive, Side};
@@ -17,7 +17,7 @@ use super::options::{camera, check_environment, check_fps, check_size, color, de
 use super::sweep::{check_tables, expand, forget, measure, tasks, write_tables};
 use crate::cli::{Bench, Quantity, Usage};
 
-/// Measures, writes and prints. 130 after Ctrl-C, with the cells that were done.
+/// Measures, writes and prints. 130 after Ctrl-C, with the run configurations that were done.
 pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
     let config = config(options)?;
     let folder = options.output.as_deref();
@@ -33,12 +33,12 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
     let results = Results::new(folder)?;
     let is_done = measure(&config, &tasks, &results, "")?;
     folder.map_or(Ok(()), write_tables)?;
-    let measured: Vec<(String, CellResult)> = tasks
+    let measured: Vec<(String, RunResult)> = tasks
         .iter()
-        .filter_map(|task| Some((task.cell.name.clone(), results.read(&task.identity)?)))
+        .filter_map(|task| Some((task.run.name.clone(), results.read(&task.identity)?)))
         .collect();
     if options.json {
-        let results: Vec<&CellResult> = measured.iter().map(|(_, result)| result).collect();
+        let results: Vec<&RunResult> = measured.iter().map(|(_, result)| result).collect();
         print(serde_json::to_string_pretty(&results)?)?;
     } else if !measured.is_empty() {
         print(table(&measured).trim_end())?;

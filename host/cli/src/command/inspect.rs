@@ -41,10 +41,10 @@ struct Output<'a> {
 /// Renders the frame, and those before it, and tells what happened at the pixel.
 pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     let Inspect { pixel, frame, view, time, .. } = options;
-    let (cell, preset) = configuration(&options.parameters, options.preset, *frame > 0)?;
+    let (run_config, preset) = configuration(&options.parameters, options.preset, *frame > 0)?;
     let frames = frame.checked_add(1).ok_or_else(|| Usage(format!("--frame {frame}: give a smaller one")))?;
-    let method = cell.config.method;
-    let config = config(view, &cell.config, preset.frames().max(frames))?;
+    let method = run_config.config.method;
+    let config = config(view, &run_config.config, preset.frames().max(frames))?;
     let config = RenderConfig { batches: BATCHES, ..config.with_defaults_of_method() };
     if !time.is_finite() {
         return Err(Usage(format!("--time {time}: give a number of seconds")).into());
@@ -61,7 +61,7 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     warn(&scene, &config);
     let features = config.features(&scene);
     let Opened { mut session, .. } =
-        opened(&config, cell.asked_runner, &options.machine, &scene, camera, features)?;
+        opened(&config, run_config.asked_runner, &options.machine, &scene, camera, features)?;
     session.keep_starts(true);
     for frame in 0..frames {
         session.frame(frame)?;

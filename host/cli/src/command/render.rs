@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use caustics_bench::cell::Cell;
+use caustics_bench::run_config::RunConfig;
 use caustics_kernels::method::path::PATH;
 
 use super::job::Job;
@@ -15,24 +15,24 @@ pub fn configuration(
     parameters: &ParameterOptions<Averaged>,
     preset: Option<Preset>,
     has_frames: bool,
-) -> Result<(Cell, Preset), Usage> {
+) -> Result<(RunConfig, Preset), Usage> {
     let has_render_options = has_frames || parameters.has_render_options();
     // Frames that nobody asked for by name are as `bench` and `animate` have them, to be averaged.
     let defaults = preset.or((!has_render_options).then_some(Preset::Preview)).map_or(vec![], Preset::values);
     let preset = preset.unwrap_or(if has_render_options { Preset::Frame } else { Preset::Preview });
-    Ok((parameters.cell_of(&defaults)?, preset))
+    Ok((parameters.run_config_with(&defaults)?, preset))
 }
 
 /// Averages frames of a method.
 pub fn run(options: Render) -> anyhow::Result<ExitCode> {
     let Render { common, parameters, time, preset, frames } = options;
-    let (cell, preset) = configuration(&parameters, preset, frames.is_some())?;
+    let (run_config, preset) = configuration(&parameters, preset, frames.is_some())?;
     let max_frames = frames.unwrap_or(preset.frames());
-    let config = config(&common.view, &cell.config, max_frames)?;
+    let config = config(&common.view, &run_config.config, max_frames)?;
     // A number of frames is a number of frames.
     let relative_error = preset.relative_error().filter(|_| frames.is_none());
     let stop = Stop { frames: Some(max_frames), relative_error, ..Stop::default() };
-    Job { common, config, runner: cell.asked_runner, time, stop }.run()
+    Job { common, config, runner: run_config.asked_runner, time, stop }.run()
 }
 
 /// Path traces until a reference is good enough.
@@ -50,7 +50,7 @@ pub fn run_reference(options: Reference) -> anyhow::Result<ExitCode> {
     let endless = limit.is_none() && target_relmse.is_none();
     let stop = Stop { frames: spp.or(endless.then_some(1024)), time: limit, relative_error: target_relmse };
     // Averaged, however many samples it will be.
-    let cell = parameters.cell()?.with(|config| config.method = &PATH).effective();
-    let config = config(&common.view, &cell.config, u32::MAX)?;
-    Job { common, config, runner: cell.asked_runner, time, stop }.run()
+    let run_config = parameters.run_config()?.with(|config| config.method = &PATH).effective();
+    let config = config(&common.view, &run_config.config, u32::MAX)?;
+    Job { common, config, runner: run_config.asked_runner, time, stop }.run()
 }

@@ -38,8 +38,8 @@ pub fn run(options: &ReportOptions) -> anyhow::Result<ExitCode> {
     written?;
     let (page, count) = (options.output.display(), report.files.len());
     message!(
-        "{page}: {} cells, {:.1} MB; {count} files in {}",
-        report.cells,
+        "{page}: {} run configurations, {:.1} MB; {count} files in {}",
+        report.runs,
         report.html.len() as f64 / 1e6,
         files.display()
     );
@@ -51,15 +51,15 @@ fn check_inputs(options: &ReportOptions, files: &Path) -> Result<(), Usage> {
     let output = options.output.display();
     check_ending("-o", &options.output, "html")?;
     for folder in options.folders.iter().chain(&options.baseline) {
-        let cells = store::cells(folder);
-        if [folder, &cells].into_iter().any(|folder| same_file(folder, files)) {
+        let results = store::results_folder(folder);
+        if [folder, &results].into_iter().any(|folder| same_file(folder, files)) {
             let (files, folder) = (files.display(), folder.display());
             return Err(Usage(format!(
                 "-o {output}: its figures go into {files}, but {folder} is a folder of results that are read; give another name"
             )));
         }
         let read =
-            [folder, &cells].into_iter().filter_map(|folder| folder.read_dir().ok()).flatten().flatten();
+            [folder, &results].into_iter().filter_map(|folder| folder.read_dir().ok()).flatten().flatten();
         // A page of before may lie beside the results that it was made of.
         let is_read = |file: &PathBuf| {
             file.extension().is_none_or(|ending| ending != "html") && same_file(file, &options.output)

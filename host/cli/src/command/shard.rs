@@ -97,7 +97,7 @@ mod tests {
     use caustics_kernels::{emission, history, method};
 
     use super::*;
-    use caustics_bench::cell::Cell;
+    use caustics_bench::run_config::RunConfig;
 
     #[test]
     fn whatever_outlives_a_frame_is_named() {
@@ -110,16 +110,20 @@ mod tests {
                             (Paths::Auto, Radius::Px(1.0)),
                             (Paths::Count(1), Radius::Auto),
                         ] {
-                            let cell = Cell::new(method).with(|config| {
+                            let run_config = RunConfig::new(method).with(|config| {
                                 config.history = history;
                                 config.emission = emission;
                                 config.path_history = *path_history;
                                 config.light_paths = light_paths;
                                 config.radius = radius;
                             });
-                            let cell = cell.effective();
-                            let reuses = method.kept(cell.config.parts()).next().is_some();
-                            assert_eq!(reuses, !reusing_options(&cell.config).is_empty(), "{cell:?}");
+                            let run_config = run_config.effective();
+                            let reuses = method.kept(run_config.config.parts()).next().is_some();
+                            assert_eq!(
+                                reuses,
+                                !reusing_options(&run_config.config).is_empty(),
+                                "{run_config:?}"
+                            );
                         }
                     }
                 }

@@ -1,4 +1,4 @@
-//! `caustics sweep`: the cells of a file, measured where they are missing.
+//! `caustics sweep`: the run configurations of a file, measured where they are missing.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use caustics_bench::sweep::config::SweepConfig;
 use caustics_bench::sweep::expand::Expanded;
 use caustics_bench::sweep::merge::{Joined, merge};
 use caustics_bench::sweep::task::{SweepContext, Task};
-use caustics_bench::table::{cells_csv, frames_csv, passes_csv};
+use caustics_bench::table::{frames_csv, passes_csv, runs_csv};
 
 use super::console::print;
 use super::interrupt;
@@ -52,7 +52,7 @@ pub fn run(options: &cli::SweepOptions) -> anyhow::Result<ExitCode> {
     if options.force {
         forget(folder, mine)?;
     }
-    // What a report names as the source of the folder's cells.
+    // What a report names as the source of the folder's results.
     Target::claim(&folder.join("experiment.toml"), true)?.finish(text.as_bytes())?;
     let part_note = if shard.is_part() {
         format!(" in part {} of {}", shard.index + 1, shard.count)
@@ -67,7 +67,7 @@ pub fn run(options: &cli::SweepOptions) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The cells of a file or of options, the runners found; tells what is left out and what scenes warn of.
+/// The run configurations of a file or of options, the runners found; prints what is left out and what scenes warn of.
 pub fn expand(config: &SweepConfig, machine: &Machine) -> anyhow::Result<Expanded> {
     let mut known = BTreeMap::new();
     let mut runner = |name: &str| {
@@ -96,18 +96,18 @@ pub fn expand(config: &SweepConfig, machine: &Machine) -> anyhow::Result<Expande
     Ok(expanded)
 }
 
-/// All cells, checked for what no value by itself shows.
+/// All run configurations, checked for what no value by itself shows.
 pub fn tasks<'a>(config: &SweepConfig, expanded: &'a Expanded) -> Result<Vec<Task<'a>>, Usage> {
     let tasks: Vec<Task> = expanded.parts.iter().flat_map(|part| Task::all(config, part)).collect();
     if tasks.is_empty() {
         let why = expanded.skipped.join("; ");
-        return Err(Usage(format!("no cell is left to measure: {why}")));
+        return Err(Usage(format!("no run configuration is left to measure: {why}")));
     }
     for task in &tasks {
         let sizes =
             [task.part.timed_size, config.error.as_ref().map(|error| (error.width.0, error.height.0))];
         for (width, height) in sizes.into_iter().flatten() {
-            check_rays(&task.cell.config, width, height)?;
+            check_rays(&task.run.config, width, height)?;
         }
     }
     Ok(tasks)
@@ -122,7 +122,7 @@ pub fn measure(
 ) -> anyhow::Result<bool> {
     let stopped = interrupt::watch()?;
     let missing = tasks.iter().filter(|task| !task.is_done(config, results)).count();
-    message!("{} cells{part_note}, {missing} to measure", tasks.len());
+    message!("{} run configurations{part_note}, {missing} to measure", tasks.len());
     let cache = if config.error.is_some() { cache()? } else { PathBuf::new() };
     let message = |line: &str| message!("{line}");
     let sweep = SweepContext {
@@ -153,7 +153,7 @@ fn cache() -> Result<PathBuf, Usage> {
         .ok_or_else(|| Usage("references need a folder: set the environment variable CAUSTICS_CACHE".into()))
 }
 
-/// Prints the cells and counts the references.
+/// Prints the run configurations and counts the references.
 fn dry_run(options: &cli::SweepOptions, config: &SweepConfig, tasks: &[Task]) -> anyhow::Result<ExitCode> {
     let known = |task: &Task| store::read(options.output.as_deref()?, &task.identity);
     let mut done = 0;
@@ -161,19 +161,19 @@ fn dry_run(options: &cli::SweepOptions, config: &SweepConfig, tasks: &[Task]) ->
         let is_done = known(task).is_some_and(|result| task.is_whole(config, &result)) && !options.force;
         done += usize::from(is_done);
         let state = if is_done { "done   " } else { "missing" };
-        print(format_args!("{state} {} {} {}", task.identity, task.part.scene.name, task.cell.name))?;
+        print(format_args!("{state} {} {} {}", task.identity, task.part.scene.name, task.run.name))?;
     }
     let (mut needed, mut kept) = (BTreeSet::new(), 0);
     if let Some(error) = &config.error {
         let cache = cache()?;
         let mut seen = BTreeSet::new();
         for task in tasks {
-            if !seen.insert((std::ptr::from_ref(task.part), task.cell.config.max_bounces)) {
+            if !seen.insert((std::ptr::from_ref(task.part), task.run.config.max_bounces)) {
                 continue;
             }
-            let plan = task.part.error_plan(config, &task.cell).context("there is no table [error]")?;
+            let plan = task.part.error_plan(config, &task.run).context("there is no table [error]")?;
             let references =
-                References::new(&plan, &task.cell, &task.part.scene, error.reference_frames.0, &cache);
+                References::new(&plan, &task.run, &task.part.scene, error.reference_frames.0, &cache);
             for frame in plan.frames.clone().filter(|frame| plan.compares(*frame)) {
                 let path = references.path(frame);
                 let is_kept = path.exists();
@@ -181,8 +181,8 @@ fn dry_run(options: &cli::SweepOptions, config: &SweepConfig, tasks: &[Task]) ->
             }
         }
     }
-    let (cells, references) = (tasks.len(), needed.len());
-    print(format_args!("{cells} cells, {done} done; {references} references, {kept} kept"))?;
+    let (runs, references) = (tasks.len(), needed.len());
+    print(format_args!("{runs} run configurations, {done} done; {references} references, {kept} kept"))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -211,11 +211,11 @@ pub fn check_tables(folder: &Path, config: &SweepConfig, others: &[&Path]) -> Re
 pub fn write_tables(folder: &Path) -> anyhow::Result<()> {
     let results = store::read_all(folder)?;
     let write = |name: &str, table: Vec<u8>| Target::claim(&folder.join(name), true)?.finish(&table);
-    write("cells.csv", cells_csv(&results)?)?;
+    write("cells.csv", runs_csv(&results)?)?;
     write("passes.csv", passes_csv(&results)?)?;
     if let Some(frames) = frames_csv(&results)? {
         write("frames.csv", frames)?;
     }
-    message!("{}: {} cells", folder.join("cells.csv").display(), results.len());
+    message!("{}: {} run configurations", folder.join("cells.csv").display(), results.len());
     Ok(())
 }

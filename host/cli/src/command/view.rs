@@ -35,8 +35,8 @@ use std::sync::Arc;
 use anyhow::Context;
 use caustics::scene::{self, CameraChoice, Eye, Position, Staged, Viewpoint};
 use caustics::threads;
-use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{HISTORY, PATH_HISTORY};
+use caustics_bench::run_config::RunConfig;
 use caustics_kernels::history::VALIDATED;
 use caustics_kernels::interface::choice::PathHistory;
 use tokio::runtime;
@@ -83,11 +83,11 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     if !(0.1..=240.0).contains(&options.target_fps) {
         return Err(Usage(format!("--target-fps {}: give 0.1 to 240", options.target_fps)).into());
     }
-    let cell = cell(options)?;
-    check_rays(&cell.config, view.width, view.height)?;
+    let run_config = run_config(options)?;
+    check_rays(&run_config.config, view.width, view.height)?;
     // A device that is not there is told now, since only a page could be told later. `auto` always finds one.
-    let gather = cell.config.gather.filter(|_| cell.config.method.chooses_gather);
-    pick(cell.asked_runner, &options.machine, gather)?.0.check()?;
+    let gather = run_config.config.gather.filter(|_| run_config.config.method.chooses_gather);
+    pick(run_config.asked_runner, &options.machine, gather)?.0.check()?;
     threads::check(THREADS).context("a page takes threads of its own")?;
     let guard = match std::env::var(TOKEN) {
         Ok(token) => Guard::chosen(&token).map_err(|wrong| Usage(format!("{TOKEN}: {wrong}")))?,
@@ -112,7 +112,7 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
         playing: None,
         size: [view.width, view.height],
         target_fps: options.target_fps,
-        cells: [cell.clone(), cell],
+        run_configs: [run_config.clone(), run_config],
         against: Against::Nothing,
         look: Look { layer: Layer::Beauty, exposure: view.exposure },
         moves_until: None,
@@ -154,11 +154,11 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
 }
 
 /// How to render where nobody says: with histories while something moves.
-fn cell(options: &Viewer) -> Result<Cell, Usage> {
+fn run_config(options: &Viewer) -> Result<RunConfig, Usage> {
     let histories = [(&HISTORY, VALIDATED.name), (&PATH_HISTORY, PathHistory::Validated.name())];
     let defaults: Vec<_> =
         histories.into_iter().filter(|_| !options.parameters.has_render_options()).collect();
-    options.parameters.cell_of(&defaults)
+    options.parameters.run_config_with(&defaults)
 }
 
 /// The camera; one that was placed, by where it is.

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use caustics::image_file::Channels;
 use caustics::render_config::RenderConfig;
 use caustics::scene::{Scene, resolve};
-use caustics_bench::cell::Cell;
 use caustics_bench::error::{
     CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, FLIP_CAUSTIC_REGION, MEASURES, RELMSE,
     RELMSE_CAUSTICS, RELMSE_TRIMMED, RELMSE_TRIMMED_CAUSTIC_REGION,
@@ -15,7 +14,8 @@ use caustics_bench::measure::measure;
 use caustics_bench::parameter::{FEATURES, GATHER, HISTORY, MAX_BOUNCES, METHOD, RADIUS_PX};
 use caustics_bench::plan::{Compared, MeasurementPlan};
 use caustics_bench::record::FrameRecord;
-use caustics_bench::result::CellResult;
+use caustics_bench::result::RunResult;
+use caustics_bench::run_config::RunConfig;
 use caustics_bench::store;
 use caustics_kernels::history;
 use caustics_kernels::method::basic::BASIC;
@@ -55,7 +55,7 @@ impl BenchDir {
         self.try_bench(&[&["-o", "out"], arguments].concat()).expect_success(arguments)
     }
 
-    fn results(&self) -> Vec<CellResult> {
+    fn results(&self) -> Vec<RunResult> {
         store::read_all(&self.path("out")).unwrap()
     }
 }
@@ -78,12 +78,12 @@ fn time_and_error_of_every_history_and_frame_are_there() {
     );
     let results = dir.results();
     assert_eq!(results.len(), names.len());
-    for CellResult { cell, time, error, frames, .. } in &results {
+    for RunResult { config, time, error, frames, .. } in &results {
         let (time, error) = (time.as_ref().unwrap(), error.as_ref().unwrap());
         assert_eq!((time.light_paths, error.light_paths, error.seeds), (1920, 1920, 4), "two a pixel");
         assert_eq!(frames.iter().map(|frame| frame.frame).collect::<Vec<_>>(), [0, 1, 2]);
         for measure in MEASURES {
-            assert!(error.get(measure).is_some(), "{} of {cell:?}", measure.key);
+            assert!(error.get(measure).is_some(), "{} of {config:?}", measure.key);
             for frame in frames {
                 // The first frame has none before it.
                 let is_missing =
@@ -111,7 +111,7 @@ fn time_and_error_of_every_history_and_frame_are_there() {
 }
 
 #[test]
-fn cells_of_all_axes_are_measured() {
+fn configurations_of_all_parameters_are_measured() {
     let dir = BenchDir::new();
     let run = [
         "--method",
@@ -127,51 +127,50 @@ fn cells_of_all_axes_are_measured() {
     let results = dir.results();
     // Two gathers and the path tracer, which has none, with either code.
     assert_eq!(results.len(), 2 * (2 + 1));
-    for CellResult { identity, cell, time, provenance, .. } in &results {
+    for RunResult { identity, config, time, provenance, .. } in &results {
         let time = time.as_ref().unwrap();
         for ms in time.pass_ms.values().chain([&time.total_ms]) {
             assert!(ms.lower <= ms.median && ms.median <= ms.upper, "{identity}: {ms:?}");
         }
         assert_eq!((time.width, time.height, time.frames), (40, 24, 5));
         assert_eq!(time.first, "basic-none-photons-grid-scene");
-        let has_gather = cell.text(&METHOD) == "basic";
-        assert_eq!(cell.text(&GATHER).is_empty(), !has_gather);
+        let has_gather = config.text(&METHOD) == "basic";
+        assert_eq!(config.text(&GATHER).is_empty(), !has_gather);
         assert_eq!(time.light_paths, if has_gather { 1920 } else { 0 });
         assert_eq!((time.points_per_s.is_some(), time.light_paths_per_s.is_some()), (has_gather, has_gather));
         assert!(time.rays > 960.0 && time.rays_per_s > 1e4, "{time:?}");
         assert_eq!(time.memory_bytes["display_color"], 40 * 24 * 12);
         assert!(provenance.device.starts_with("CPU") && provenance.unix_s > 1_700_000_000);
     }
-    let is_first = |result: &&CellResult| {
-        result.cell.text(&GATHER) == "photons-grid" && result.cell.text(&FEATURES) == "scene"
+    let is_first = |result: &&RunResult| {
+        result.config.text(&GATHER) == "photons-grid" && result.config.text(&FEATURES) == "scene"
     };
     let first = results.iter().find(is_first).unwrap();
     assert_eq!(first.time.as_ref().unwrap().ratio_to_first, Some(1.0));
     assert!(stdout.contains("path-none-all") && stdout.contains(" gather.brute"), "{stdout}");
 
-    // By force the cells are measured again; those of others stay.
+    // By force the configurations are measured again; results of others stay.
     let another = "00000000000000aa";
-    store::write(&dir.path("out"), &CellResult { identity: another.into(), ..CellResult::default() })
-        .unwrap();
+    store::write(&dir.path("out"), &RunResult { identity: another.into(), ..RunResult::default() }).unwrap();
     let stderr = dir.bench(&run).stderr;
-    assert!(stderr.contains("6 cells, 0 to measure"), "{stderr}");
+    assert!(stderr.contains("6 run configurations, 0 to measure"), "{stderr}");
     let stderr = dir.bench(&[&run[..], &["--force"]].concat()).stderr;
-    assert!(stderr.contains("6 cells, 6 to measure"), "{stderr}");
+    assert!(stderr.contains("6 run configurations, 6 to measure"), "{stderr}");
     assert_eq!(dir.results().len(), 7);
 }
 
 #[test]
-fn each_cell_has_the_first_turn_in_turn() {
+fn each_configuration_has_the_first_turn_in_turn() {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
-    let mut cells: Vec<Cell> = history::ALL
+    let mut runs: Vec<RunConfig> = history::ALL
         .iter()
-        .map(|&history| Cell::new(&BASIC).with(|config| config.history = history))
+        .map(|&history| RunConfig::new(&BASIC).with(|config| config.history = history))
         .collect();
-    caustics_bench::cell_parameters::name_all(&mut cells);
+    caustics_bench::run_parameters::name_all(&mut runs);
     let plan = MeasurementPlan {
         config: RenderConfig { width: 40, height: 24, ..RenderConfig::default() },
         camera: scene.cameras[0].name.clone(),
-        frames: 0..cells.len() as u32,
+        frames: 0..runs.len() as u32,
         fps: 24.0,
         moment: Some(0.0),
         warm_up: 0,
@@ -184,10 +183,10 @@ fn each_cell_has_the_first_turn_in_turn() {
         records.extend(new);
         Ok(())
     };
-    measure(&plan, &scene, &cells, None, &|| false, &mut each).unwrap().unwrap();
+    measure(&plan, &scene, &runs, None, &|| false, &mut each).unwrap().unwrap();
     let firsts =
-        records.iter().filter(|record| record.get("turn") == Some(0.0)).map(|record| record.cell.as_str());
-    let names: Vec<&str> = cells.iter().map(|cell| cell.name.as_str()).collect();
+        records.iter().filter(|record| record.get("turn") == Some(0.0)).map(|record| record.run.as_str());
+    let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
     assert_eq!(firsts.collect::<Vec<_>>(), names);
 }
 
@@ -257,7 +256,7 @@ fn errors_are_those_of_compare() {
 }
 
 #[test]
-fn a_still_reference_leaves_the_flicker_of_the_cell() {
+fn a_still_reference_leaves_the_flicker_of_the_configuration() {
     let dir = BenchDir::new();
     let run = ["--measure", "error", "--every-frame", "--seeds", "2", "--seed", "7", "--frames", "2"];
     dir.bench(&[&run[..], &["--emission", "power"]].concat());
@@ -305,24 +304,24 @@ fn shown_change(seeds: &[u32]) -> f64 {
 }
 
 #[test]
-fn finished_cells_are_kept_and_others_measured() {
+fn finished_configurations_are_kept_and_others_measured() {
     let dir = BenchDir::new();
     let run = |more: &[&str]| {
         dir.bench(&[&["--measure", "error", "--seeds", "2", "--frames", "3"], more].concat()).stderr
     };
-    assert!(run(&[]).contains("1 cells, 1 to measure"));
+    assert!(run(&[]).contains("1 run configurations, 1 to measure"));
     let whole = dir.results();
     let again = run(&[]);
-    assert!(again.contains("1 cells, 0 to measure") && !again.contains("reference"), "{again}");
+    assert!(again.contains("1 run configurations, 0 to measure") && !again.contains("reference"), "{again}");
     assert_eq!(dir.results(), whole);
-    // Other settings are other cells, beside those that are there.
-    assert!(run(&["--history", "none,paper"]).contains("2 cells, 1 to measure"));
-    assert!(run(&["--seed", "1"]).contains("1 cells, 1 to measure"));
+    // Other settings make other results, beside those that are there.
+    assert!(run(&["--history", "none,paper"]).contains("2 run configurations, 1 to measure"));
+    assert!(run(&["--seed", "1"]).contains("1 run configurations, 1 to measure"));
     let results = dir.results();
-    assert!(results.len() == 3 && results.iter().any(|result| result.cell.text(&HISTORY) == "paper"));
+    assert!(results.len() == 3 && results.iter().any(|result| result.config.text(&HISTORY) == "paper"));
     // A result that is no result is named.
     std::fs::write(store::file(&dir.path("out"), &whole[0].identity), "mine\n").unwrap();
-    assert!(run(&[]).contains("1 cells, 1 to measure"));
+    assert!(run(&[]).contains("1 run configurations, 1 to measure"));
     assert_eq!(dir.results().len(), 3);
 }
 
@@ -331,10 +330,10 @@ fn without_a_folder_there_is_a_table_only() {
     let dir = BenchDir::new();
     let run = ["--frames", "2", "--radius-px", "1,2", "--max-bounces", "3,5", "--json"];
     let stdout = dir.try_bench(&run).expect_success(&run).stdout;
-    let results: Vec<CellResult> = serde_json::from_str(&stdout).unwrap();
-    let bounces = |result: &CellResult| result.cell.number(&MAX_BOUNCES);
+    let results: Vec<RunResult> = serde_json::from_str(&stdout).unwrap();
+    let bounces = |result: &RunResult| result.config.number(&MAX_BOUNCES);
     let mut config: Vec<_> =
-        results.iter().map(|result| (bounces(result), result.cell.number(&RADIUS_PX))).collect();
+        results.iter().map(|result| (bounces(result), result.config.number(&RADIUS_PX))).collect();
     config.sort_by(|a, b| a.partial_cmp(b).unwrap());
     assert_eq!(config, [(3.0, 1.0), (3.0, 2.0), (5.0, 1.0), (5.0, 2.0)]);
     let rays = |wanted: f64| {
@@ -345,7 +344,7 @@ fn without_a_folder_there_is_a_table_only() {
             .unwrap()
             .rays
     };
-    assert!(rays(5.0) > rays(3.0), "each cell has its own settings");
+    assert!(rays(5.0) > rays(3.0), "each run configuration has its own settings");
     let left = dir.0.folder().read_dir().unwrap().count();
     assert_eq!(left, 0);
 }

@@ -27,7 +27,7 @@ fn the_files_of_the_experiments_are_read() {
     assert!(count >= 4, "{count} files");
 }
 
-/// A cell of the talk's comparison as its table quotes it: ratio, FLIP, that of the caustics, relMSE.
+/// A run configuration of the talk's comparison as its table quotes it: ratio, FLIP, that of the caustics, relMSE.
 fn quoted(row: &str) -> (String, Vec<String>) {
     let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
     (cells[0].to_string(), cells[2..].iter().map(|cell| cell.to_string()).collect())

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use caustics_bench::error::{FLIP, FLIP_CAUSTICS, RELMSE};
 use caustics_bench::parameter::METHOD;
-use caustics_bench::result::CellResult;
+use caustics_bench::result::RunResult;
 use scraper::{Html, Selector};
 
 use crate::test_dir::{BINARY, Run, TestDir};
@@ -67,20 +67,20 @@ fn the_page_needs_nothing_but_itself() {
 }
 
 #[test]
-fn every_cell_is_in_its_charts_and_files() {
+fn every_configuration_is_in_its_charts_and_files() {
     let dir = TestDir::new();
-    let cells = fixture::write(&dir.path("results"));
+    let runs = fixture::write(&dir.path("results"));
     let (_, page) = write_page(&dir, &["results"]);
     for (slug, scene) in [("mirror-room", "mirror-room"), ("moving-b-glass", fixture::ROUGH)] {
         for (measure, value) in [
-            ("flip", (|cell| cell.error.as_ref()?.get(&FLIP)) as fn(&CellResult) -> Option<f64>),
-            ("relmse", |cell| cell.error.as_ref()?.get(&RELMSE)),
-            ("flip-caustics", |cell| cell.error.as_ref()?.get(&FLIP_CAUSTICS)),
+            ("flip", (|run| run.error.as_ref()?.get(&FLIP)) as fn(&RunResult) -> Option<f64>),
+            ("relmse", |run| run.error.as_ref()?.get(&RELMSE)),
+            ("flip-caustics", |run| run.error.as_ref()?.get(&FLIP_CAUSTICS)),
         ] {
-            let expected: BTreeSet<&str> = cells
+            let expected: BTreeSet<&str> = runs
                 .iter()
-                .filter(|cell| cell.cell.scene == scene && value(cell).is_some())
-                .map(|cell| cell.identity.as_str())
+                .filter(|run| run.config.scene == scene && value(run).is_some())
+                .map(|run| run.identity.as_str())
                 .collect();
             assert!(expected.len() > 30);
             for size in ["wide", "narrow"] {
@@ -95,17 +95,17 @@ fn every_cell_is_in_its_charts_and_files() {
         }
         assert!(select(&page, &format!("#scene-{slug} [data-chart=relmse-caustics]")).is_empty());
     }
-    // No cell of the still scene has frames.
+    // No configuration of the still scene has frames.
     assert!(dir.path("report_files/moving-b-glass-frame-flip.svg").exists());
     assert!(!dir.path("report_files/mirror-room-frame-flip.svg").exists());
     let all = rows(&dir.path("report_files/cells.csv"));
-    assert_eq!(all.len(), cells.len());
-    for cell in &cells {
-        let row = all.iter().find(|row| row["identity"] == cell.identity).unwrap();
-        let time = cell.time.as_ref().unwrap();
+    assert_eq!(all.len(), runs.len());
+    for run in &runs {
+        let row = all.iter().find(|row| row["identity"] == run.identity).unwrap();
+        let time = run.time.as_ref().unwrap();
         assert_eq!(row["median_ms"].parse::<f64>().unwrap(), time.total_ms.median);
         assert_eq!(row["pass.collect_ms"].parse::<f64>().unwrap(), time.pass_ms["collect"].median);
-        assert_eq!(row["scene"], cell.cell.scene);
+        assert_eq!(row["scene"], run.config.scene);
     }
 }
 
@@ -154,11 +154,11 @@ fn names_are_text_and_never_markup() {
 #[test]
 fn a_hostile_commit_is_shown_as_text_and_in_no_command() {
     let dir = TestDir::new();
-    let mut cells = fixture::write(&dir.path("all"));
-    let cell = &mut cells[0];
+    let mut runs = fixture::write(&dir.path("all"));
+    let run = &mut runs[0];
     for (commit, is_hash) in [("main; touch OWNED #\u{3}\u{1b}[201~", false), ("0123abc-dirty", true)] {
-        cell.provenance.commit = commit.into();
-        fixture::save(&dir.path("-f $(touch OWNED)"), cell);
+        run.provenance.commit = commit.into();
+        fixture::save(&dir.path("-f $(touch OWNED)"), run);
         let (_, page) = write_page(&dir, &["./-f $(touch OWNED)", "--force"]);
         let commands = text_of(&page, "#provenance pre");
         assert_eq!(commands.contains("git checkout 0123abc\n"), is_hash, "{commands}");
@@ -173,9 +173,9 @@ fn a_hostile_commit_is_shown_as_text_and_in_no_command() {
 #[test]
 fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
     let dir = TestDir::new();
-    let mut cells = fixture::write(&dir.path("whole"));
-    cells.retain(|cell| cell.cell.scene == "mirror-room" && cell.cell.text(&METHOD) != "path");
-    let mut timed = cells[0].clone();
+    let mut runs = fixture::write(&dir.path("whole"));
+    runs.retain(|run| run.config.scene == "mirror-room" && run.config.text(&METHOD) != "path");
+    let mut timed = runs[0].clone();
     timed.error = None;
     fixture::save(&dir.path("timed"), &mut timed);
     let (_, page) = write_page(&dir, &["timed"]);
@@ -183,7 +183,7 @@ fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
     assert_eq!(select(&page, ".bar").len(), 2, "a bar for each width of window");
     assert!(!text_of(&page, "#scene-mirror-room th").contains("FLIP"));
 
-    let mut seen = cells[3].clone();
+    let mut seen = runs[3].clone();
     seen.time = None;
     fixture::save(&dir.path("seen"), &mut seen);
     let (_, page) = write_page(&dir, &["seen", "--force"]);
@@ -191,18 +191,18 @@ fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
     assert_eq!(select(&page, ".tile").len(), 2, "reference and image");
     assert_eq!(select(&page, ".wipe-box option").len(), 1);
 
-    let mut both = cells[3].clone();
+    let mut both = runs[3].clone();
     fixture::save(&dir.path("both"), &mut both);
     let (_, page) = write_page(&dir, &["both", "--force"]);
-    assert!(text_of(&page, "[data-chart=flip] .note").contains("no cell of method path"));
+    assert!(text_of(&page, "[data-chart=flip] .note").contains("no run configuration of method path"));
     let (_, page) = write_page(&dir, &["whole", "--force"]);
-    assert!(!text_of(&page, "[data-chart=flip] .note").contains("no cell of method path"));
+    assert!(!text_of(&page, "[data-chart=flip] .note").contains("no run configuration of method path"));
 }
 
 #[test]
 fn parts_hold_the_data_they_are_about() {
     let dir = TestDir::new();
-    let cells = fixture::write(&dir.path("results"));
+    let runs = fixture::write(&dir.path("results"));
     let (_, page) = write_page(&dir, &["results"]);
     let features = rows(&dir.path("report_files/features.csv"));
     assert_eq!(features.len(), 4, "two pairs of two scenes");
@@ -224,7 +224,7 @@ fn parts_hold_the_data_they_are_about() {
     ] {
         assert!(provenance.contains(words), "{words}: {provenance}");
     }
-    let seconds = 12.5 * cells.len() as f64;
+    let seconds = 12.5 * runs.len() as f64;
     assert!(provenance.contains(&format!("{}m", (seconds / 60.0) as u32)), "{provenance}");
     assert!(select(&page, "#stability tbody tr").len() > 10);
 }
@@ -232,7 +232,7 @@ fn parts_hold_the_data_they_are_about() {
 #[test]
 fn what_cannot_be_read_or_written_is_named() {
     let dir = TestDir::new();
-    let cells = fixture::write(&dir.path("results"));
+    let runs = fixture::write(&dir.path("results"));
     #[track_caller]
     fn refuses(dir: &TestDir, arguments: &[&str], code: i32, words: &str) {
         let before = dir.folder().read_dir().unwrap().count();
@@ -253,7 +253,7 @@ fn what_cannot_be_read_or_written_is_named() {
     write_page(&dir, &["results", "--force"]);
     assert_eq!(std::fs::read(dir.path("report.html")).unwrap(), first, "the same results give the same page");
 
-    let image = cells[7].error.as_ref().unwrap().image.clone().unwrap();
+    let image = runs[7].error.as_ref().unwrap().image.clone().unwrap();
     let missing = dir.path("results/cells").join(image);
     let bytes = std::fs::read(&missing).unwrap();
     std::fs::write(&missing, &bytes[..bytes.len() / 2]).unwrap();
@@ -269,28 +269,28 @@ fn what_cannot_be_read_or_written_is_named() {
 #[test]
 fn a_picture_from_elsewhere_is_not_shown() {
     let dir = TestDir::new();
-    let cells = fixture::write(&dir.path("results"));
-    let mut cell = cells[3].clone();
-    fixture::save(&dir.path("one"), &mut cell);
-    let image = cell.error.as_mut().unwrap().image.as_mut().unwrap();
+    let runs = fixture::write(&dir.path("results"));
+    let mut run = runs[3].clone();
+    fixture::save(&dir.path("one"), &mut run);
+    let image = run.error.as_mut().unwrap().image.as_mut().unwrap();
     *image = format!("../../results/cells/{image}");
-    let file = dir.path("one/cells").join(format!("{}.json", cell.identity));
-    std::fs::write(file, serde_json::to_vec(&cell).unwrap()).unwrap();
+    let file = dir.path("one/cells").join(format!("{}.json", run.identity));
+    std::fs::write(file, serde_json::to_vec(&run).unwrap()).unwrap();
     let one = ["one", "-o", "a.html"];
-    report(&dir, &one).expect_refusal(&one, 1, &[&cell.identity, "image"]);
+    report(&dir, &one).expect_refusal(&one, 1, &[&run.identity, "image"]);
     assert!(!dir.path("a.html").exists());
 }
 
 #[test]
 fn names_and_numbers_at_the_end_of_what_there_is_are_drawn() {
     let dir = TestDir::new();
-    let cells = fixture::write(&dir.path("all"));
+    let runs = fixture::write(&dir.path("all"));
     let name = format!("{}\u{1}\u{7}", "long".repeat(100));
-    for (cell, relmse) in cells[3..6].iter().zip([1e-300, 5e-324, 1e300]) {
-        let mut cell = cell.clone();
-        cell.cell.scene.clone_from(&name);
-        cell.error.as_mut().unwrap().values.insert(RELMSE.key.into(), Some(relmse));
-        fixture::save(&dir.path("results"), &mut cell);
+    for (run, relmse) in runs[3..6].iter().zip([1e-300, 5e-324, 1e300]) {
+        let mut run = run.clone();
+        run.config.scene.clone_from(&name);
+        run.error.as_mut().unwrap().values.insert(RELMSE.key.into(), Some(relmse));
+        fixture::save(&dir.path("results"), &mut run);
     }
     write_page(&dir, &["results"]);
     let mut count = 0;
@@ -308,9 +308,9 @@ fn names_and_numbers_at_the_end_of_what_there_is_are_drawn() {
 #[test]
 fn what_differs_from_a_baseline_is_in_a_table_and_all_scenes_are_on_top() {
     let dir = TestDir::new();
-    let mut cells = fixture::write(&dir.path("after"));
+    let mut runs = fixture::write(&dir.path("after"));
     fixture::write(&dir.path("before"));
-    let changed = &mut cells[0];
+    let changed = &mut runs[0];
     let flip = changed.error.as_ref().unwrap().get(&FLIP).unwrap();
     let error = changed.error.as_mut().unwrap();
     error.values.insert(FLIP.key.into(), Some(2.0 * flip));

@@ -7,7 +7,7 @@ use std::time::Duration;
 use caustics::scene;
 use caustics_bench::error::{CAUSTICS_VARIANCE, FLIP, FLIP_CAUSTICS, RELMSE_CAUSTICS};
 use caustics_bench::parameter::{HISTORY, METHOD, PATHS_PER_PIXEL};
-use caustics_bench::result::CellResult;
+use caustics_bench::result::RunResult;
 use caustics_bench::store;
 use caustics_kernels::gather::variant;
 use caustics_kernels::history;
@@ -57,7 +57,7 @@ impl SweepDir {
         self.run(arguments, &[]).expect_refusal(arguments, code, words);
     }
 
-    fn results(&self, folder: &str) -> Vec<CellResult> {
+    fn results(&self, folder: &str) -> Vec<RunResult> {
         store::read_all(&self.path(folder)).unwrap()
     }
 }
@@ -73,7 +73,7 @@ fn matrix(lines: &str) -> String {
 }
 
 #[test]
-fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
+fn a_dry_run_counts_every_configuration_once_and_measures_nothing() {
     let gathers: Vec<String> = variant::ALL.iter().map(|gather| format!("{:?}", gather.name)).collect();
     let experiment = matrix(&format!(
         "method = [\"basic\", \"path\"]\ngather = [{}]\nhistory = [\"none\", \"paper\"]\npaths_per_pixel = [0.5, 1]\n\
@@ -85,7 +85,8 @@ fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
     let dir = SweepDir::new(&experiment);
     let Run { stdout, stderr, .. } = dir.sweep(&["e.toml", "--dry-run"]);
     let software = variant::ALL.iter().filter(|gather| !gather.hardware).count();
-    // The path tracer is one cell a number of bounces, whatever is gathered. The second matrix adds only what moves.
+    // The path tracer is one configuration for each number of bounces, whatever is gathered. The second matrix adds only
+    // what moves.
     let still = 2 * (software * 2 * 2 * 2 + 1);
     let lines: Vec<&str> = stdout.lines().filter(|line| line.starts_with("missing")).collect();
     let missing = |scene: &str| lines.iter().filter(|line| line.contains(scene)).count();
@@ -97,7 +98,7 @@ fn a_dry_run_counts_every_cell_once_and_measures_nothing() {
     assert_eq!(lines.iter().collect::<BTreeSet<_>>().len(), lines.len());
     // One for each number of bounces of the still scene, one for each frame of the other.
     let last = stdout.lines().last().unwrap();
-    assert_eq!(last, format!("{} cells, 0 done; {} references, 0 kept", still + 2, 2 + 3));
+    assert_eq!(last, format!("{} run configurations, 0 done; {} references, 0 kept", still + 2, 2 + 3));
     assert!(stderr.contains("points-rt needs ray queries"), "{stderr}");
     assert!(!dir.path("cache").exists());
 }
@@ -131,13 +132,17 @@ mod long {
 fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing() {
     let dir = SweepDir::new(&matrix("method = [\"basic\"]\npaths_per_pixel = [0.5, 2]\nradius_px = [1]"));
     let stderr = dir.sweep(&["e.toml", "-o", "out"]).stderr;
-    assert!(stderr.contains("2 cells, 2 to measure") && stderr.contains("reference 1 of 1"), "{stderr}");
+    assert!(
+        stderr.contains("2 run configurations, 2 to measure") && stderr.contains("reference 1 of 1"),
+        "{stderr}"
+    );
     let whole = bytes(&dir.path("out/cells"));
     let results = dir.results("out");
-    for CellResult { identity, cell, time, error, .. } in &results {
+    for RunResult { identity, config, time, error, .. } in &results {
         let (time, error) = (time.as_ref().unwrap(), error.as_ref().unwrap());
         // The same paths a pixel in both sizes.
-        let paths = |width: f64, height: f64| (cell.number(&PATHS_PER_PIXEL) * width * height).round() as u32;
+        let paths =
+            |width: f64, height: f64| (config.number(&PATHS_PER_PIXEL) * width * height).round() as u32;
         assert_eq!((time.light_paths, error.light_paths), (paths(40.0, 24.0), paths(32.0, 20.0)));
         assert!(error.get(&FLIP).unwrap() > 0.0 && error.get(&RELMSE_CAUSTICS).unwrap() > 0.0);
         assert_eq!(time.frames, 3);
@@ -146,30 +151,30 @@ fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing(
             assert!(png.starts_with(b"\x89PNG"), "{identity}");
         }
     }
-    // JSON, image and map of each cell; one reference.
+    // JSON, image and map of each run configuration; one reference.
     assert_eq!(whole.len(), 2 * 3 + 1);
     let table = std::fs::read_to_string(dir.path("out/cells.csv")).unwrap();
     assert_eq!(table.lines().count(), 3);
     assert!(table.contains(&results[0].identity) && table.contains("mirror-room"));
 
     let stderr = dir.sweep(&["e.toml", "-o", "out"]).stderr;
-    assert!(stderr.contains("2 cells, 0 to measure"), "{stderr}");
+    assert!(stderr.contains("2 run configurations, 0 to measure"), "{stderr}");
     assert_eq!(bytes(&dir.path("out/cells")), whole);
     let stdout = dir.sweep(&["e.toml", "-o", "out", "--dry-run"]).stdout;
-    assert!(stdout.contains("2 cells, 2 done; 1 references, 1 kept"), "{stdout}");
+    assert!(stdout.contains("2 run configurations, 2 done; 1 references, 1 kept"), "{stdout}");
 
-    // Without its errors a cell is unfinished: they are measured, its times are kept.
-    let part = CellResult { error: None, ..results[0].clone() };
+    // Without its errors a run configuration is unfinished: they are measured, its times are kept.
+    let part = RunResult { error: None, ..results[0].clone() };
     store::write(&dir.path("out"), &part).unwrap();
     let stderr = dir.sweep(&["e.toml", "-o", "out"]).stderr;
     assert!(stderr.contains("1 to measure") && !stderr.contains("take turns"), "{stderr}");
     let again = &dir.results("out")[0];
     assert_eq!((&again.time, &again.error), (&results[0].time, &results[0].error), "the same bits");
 
-    // Another seed is another cell.
+    // Another seed makes another result.
     dir.write(&format!("seed = 5\n{}", std::fs::read_to_string(dir.path("e.toml")).unwrap()));
     let stdout = dir.sweep(&["e.toml", "-o", "out", "--dry-run"]).stdout;
-    assert!(stdout.contains("2 cells, 0 done; 1 references, 1 kept"), "{stdout}");
+    assert!(stdout.contains("2 run configurations, 0 done; 1 references, 1 kept"), "{stdout}");
 }
 
 #[cfg(unix)]
@@ -217,7 +222,7 @@ fn shards_are_disjoint_and_merge_to_the_whole() {
     let Run { code, stderr, .. } = dir.run(&["e.toml", "-o", "two"], &slurm);
     assert!(code == Some(0) && stderr.contains("part 2 of 2"), "{stderr}");
     assert!(identities("one").is_disjoint(&identities("two")));
-    // All ratios are to one cell, whichever shard has it.
+    // All ratios are to one run configuration, whichever shard has it.
     let firsts: BTreeSet<String> = ["one", "two"]
         .iter()
         .flat_map(|folder| dir.results(folder))
@@ -247,8 +252,8 @@ fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
     dir.sweep(&["e.toml", "-o", "out"]);
     let results = dir.results("out");
     let error = |history: &str, paths: f64| {
-        let is = |result: &&CellResult| {
-            result.cell.text(&HISTORY) == history && result.cell.number(&PATHS_PER_PIXEL) == paths
+        let is = |result: &&RunResult| {
+            result.config.text(&HISTORY) == history && result.config.number(&PATHS_PER_PIXEL) == paths
         };
         results.iter().find(is).and_then(|result| result.error.clone()).unwrap()
     };
@@ -282,8 +287,8 @@ fn the_method_of_the_reference_comes_near_it_and_few_paths_do_not() {
     let results = dir.results("out");
     assert_eq!(results.len(), 3, "path tracing shoots no light paths");
     let error = |method: &str, paths: f64| {
-        let is = |result: &&CellResult| {
-            result.cell.text(&METHOD) == method && result.cell.number(&PATHS_PER_PIXEL) == paths
+        let is = |result: &&RunResult| {
+            result.config.text(&METHOD) == method && result.config.number(&PATHS_PER_PIXEL) == paths
         };
         results.iter().find(is).and_then(|result| result.error.clone()).unwrap()
     };
@@ -304,7 +309,7 @@ fn scenes_that_move_are_measured_frame_by_frame() {
     );
     dir.sweep(&["e.toml", "-o", "out"]);
     let results = dir.results("out");
-    let [CellResult { frames, error, time, .. }] = results.as_slice() else { panic!("{results:?}") };
+    let [RunResult { frames, error, time, .. }] = results.as_slice() else { panic!("{results:?}") };
     assert_eq!(frames.iter().map(|frame| frame.frame).collect::<Vec<_>>(), [0, 1, 2]);
     assert!(frames.iter().all(|frame| frame.total_ms.is_some() && frame.get(&FLIP).is_some()), "{frames:?}");
     let mean = frames.iter().map(|frame| frame.get(&FLIP).unwrap()).sum::<f64>() / 3.0;
@@ -353,9 +358,9 @@ fn a_time_that_cannot_be_met_is_said_in_the_result() {
     dir.sweep(&["e.toml", "-o", "out"]);
     let results = dir.results("out");
     assert_eq!(results.len(), 2);
-    for CellResult { cell, time, error, note, .. } in &results {
+    for RunResult { config, time, error, note, .. } in &results {
         assert!(time.is_some() && error.is_some());
-        let has_paths = cell.text(&METHOD) == "basic";
+        let has_paths = config.text(&METHOD) == "basic";
         // The path tracer has no light paths to search for.
         assert_eq!(
             note.as_ref().is_some_and(|note| note.contains("not met within 2 %")),
@@ -364,12 +369,12 @@ fn a_time_that_cannot_be_met_is_said_in_the_result() {
         );
         // The search went down from one a pixel; a disturbed machine decides which of its trials was the fastest.
         let max_paths = if has_paths { 1.0 } else { 0.0 };
-        assert!(cell.number(&PATHS_PER_PIXEL) <= max_paths, "{cell:?}");
+        assert!(config.number(&PATHS_PER_PIXEL) <= max_paths, "{config:?}");
     }
 }
 
 #[test]
-fn more_cells_than_can_be_measured_are_refused_before_they_are_made() {
+fn more_configurations_than_can_be_measured_are_refused_before_they_are_made() {
     let list = |count: usize, value: &str| vec![value; count].join(", ");
     let lines = format!(
         "method = [\"basic\"]\npaths_per_pixel = [{}]\nradius_px = [{}]\nmax_bounces = [{}]",
@@ -378,7 +383,7 @@ fn more_cells_than_can_be_measured_are_refused_before_they_are_made() {
         list(1000, "5")
     );
     let dir = SweepDir::new(&matrix(&lines));
-    dir.refuses(&["e.toml", "--dry-run"], 2, &["e.toml: line 13", "1000000000 cells"]);
+    dir.refuses(&["e.toml", "--dry-run"], 2, &["e.toml: line 13", "1000000000 run configurations"]);
 }
 
 #[test]
@@ -386,7 +391,7 @@ fn a_result_that_names_another_place_is_not_merged() {
     let dir = SweepDir::new("");
     std::fs::create_dir_all(dir.path("d/cells")).unwrap();
     dir.0.write("precious.json", "precious");
-    let result = CellResult { identity: "../../precious".into(), ..CellResult::default() };
+    let result = RunResult { identity: "../../precious".into(), ..RunResult::default() };
     dir.0.write("d/cells/0123456789abcdef.json", serde_json::to_vec(&result).unwrap());
     dir.refuses(&["--merge", "d", "-o", "out"], 1, &["0123456789abcdef.json", "identity"]);
     assert_eq!(std::fs::read(dir.path("precious.json")).unwrap(), b"precious");

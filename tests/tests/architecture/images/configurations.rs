@@ -5,10 +5,10 @@
 use std::collections::BTreeSet;
 
 use caustics::render_config::RenderConfig;
-use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{
     AUTO, GATHER, MAX_BOUNCES, METHOD, PARAMETERS, PATHS_PER_PIXEL, Parameter, RADIUS_PX, RUNNER, Values,
 };
+use caustics_bench::run_config::RunConfig;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
 use caustics_kernels::interface::named::Named;
@@ -24,20 +24,20 @@ pub const ASPECT: f64 = SIZE[0] as f64 / SIZE[1] as f64;
 #[derive(Clone, Debug)]
 pub struct Configuration {
     pub name: String,
-    pub cell: Cell,
+    pub run: RunConfig,
 }
 
 impl Configuration {
-    fn new(name: String, cell: Cell) -> Configuration {
+    fn new(name: String, run: RunConfig) -> Configuration {
         let [width, height] = SIZE;
         let common = RenderConfig { width, height, seed: 7, ..RenderConfig::default() };
-        let config = cell.config.with_image_of(&common);
-        Configuration { name, cell: Cell { config, ..cell } }
+        let config = run.config.with_image_of(&common);
+        Configuration { name, run: RunConfig { config, ..run } }
     }
 
     /// The configuration with another value of a parameter, under a name that says so.
     fn with(&self, what: &str, config: RenderConfig) -> Configuration {
-        Configuration { name: format!("{} {what}", self.name), cell: Cell { config, ..self.cell.clone() } }
+        Configuration { name: format!("{} {what}", self.name), run: RunConfig { config, ..self.run.clone() } }
     }
 }
 
@@ -62,44 +62,44 @@ fn values(parameter: &'static Parameter) -> Vec<String> {
     }
 }
 
-fn set(cell: &mut Cell, parameter: &'static Parameter, value: &str) {
-    parameter.set(cell, value).unwrap_or_else(|error| panic!("{parameter:?} {value}: {error}"));
+fn set(run: &mut RunConfig, parameter: &'static Parameter, value: &str) {
+    parameter.set(run, value).unwrap_or_else(|error| panic!("{parameter:?} {value}: {error}"));
 }
 
 /// A method's defaults.
 fn plain(method: &'static Method) -> Configuration {
-    let mut cell = Cell::new(method);
-    set(&mut cell, &PATHS_PER_PIXEL, "p2");
-    Configuration::new(method.name.into(), cell.effective())
+    let mut run = RunConfig::new(method);
+    set(&mut run, &PATHS_PER_PIXEL, "p2");
+    Configuration::new(method.name.into(), run.effective())
 }
 
 /// The last value of every parameter: in lists, what does most stands last.
 fn full(method: &'static Method) -> Configuration {
-    let mut cell = Cell::new(method);
+    let mut run = RunConfig::new(method);
     for parameter in PARAMETERS.into_iter().filter(|parameter| ![&METHOD, &MAX_BOUNCES].contains(parameter)) {
         if let Some(value) = values(parameter).last() {
-            set(&mut cell, parameter, value);
+            set(&mut run, parameter, value);
         }
     }
-    let cell = cell.effective().with(|config| {
+    let run = run.effective().with(|config| {
         config.pixel_filter = PixelFilter::Box;
         config.auxiliary = true;
     });
-    Configuration::new(format!("{} full", method.name), cell)
+    Configuration::new(format!("{} full", method.name), run)
 }
 
 /// The configuration with every other value of every parameter, one at a time.
 fn one_at_a_time(base: &Configuration) -> Vec<Configuration> {
     let mut found = Vec::new();
-    let mut keys = BTreeSet::from([base.cell.key()]);
+    let mut keys = BTreeSet::from([base.run.key()]);
     for parameter in PARAMETERS.into_iter().filter(|parameter| **parameter != METHOD) {
         for value in values(parameter) {
-            let mut cell = base.cell.clone();
-            set(&mut cell, parameter, &value);
-            let cell = cell.effective();
+            let mut run = base.run.clone();
+            set(&mut run, parameter, &value);
+            let run = run.effective();
             // What has no effect in the method makes no other image.
-            if keys.insert(cell.key()) {
-                found.push(Configuration { name: format!("{} {}={value}", base.name, parameter.key), cell });
+            if keys.insert(run.key()) {
+                found.push(Configuration { name: format!("{} {}={value}", base.name, parameter.key), run });
             }
         }
     }
@@ -108,7 +108,7 @@ fn one_at_a_time(base: &Configuration) -> Vec<Configuration> {
 
 /// The configuration with other values of the settings that are no parameters of experiments, one at a time.
 fn other_settings(base: &Configuration) -> Vec<Configuration> {
-    let own = &base.cell.config;
+    let own = &base.run.config;
     // A new field is either set by a parameter, which takes its values from the program's lists, or gets other values below.
     let RenderConfig {
         method: _,
@@ -181,20 +181,20 @@ pub fn all() -> Vec<Configuration> {
 fn every_value_of_every_parameter_makes_an_image_in_every_method_that_looks_at_it() {
     let all = all();
     for &method in method::ALL {
-        let of_method: Vec<_> = all.iter().filter(|found| found.cell.config.method == method).collect();
+        let of_method: Vec<_> = all.iter().filter(|found| found.run.config.method == method).collect();
         assert!(!of_method.is_empty());
         for parameter in PARAMETERS.into_iter().filter(|parameter| **parameter != METHOD) {
             for value in values(parameter) {
-                let mut cell = Cell::new(method);
-                set(&mut cell, parameter, &value);
-                let wanted = parameter.get(&cell.effective());
-                let is_there = of_method.iter().any(|found| parameter.get(&found.cell) == wanted);
+                let mut run = RunConfig::new(method);
+                set(&mut run, parameter, &value);
+                let wanted = parameter.get(&run.effective());
+                let is_there = of_method.iter().any(|found| parameter.get(&found.run) == wanted);
                 assert!(is_there, "{} {parameter:?} {wanted}", method.name);
             }
         }
     }
     for gather in variant::ALL.iter().filter(|gather| !gather.hardware) {
-        assert!(all.iter().any(|found| found.cell.config.gather == Some(gather)), "{}", gather.name);
+        assert!(all.iter().any(|found| found.run.config.gather == Some(gather)), "{}", gather.name);
     }
     // Only where images are rendered is left out.
     for parameter in PARAMETERS.into_iter().filter(|parameter| values(parameter).is_empty()) {

@@ -13,8 +13,8 @@ use caustics::render_config::RenderConfig;
 use caustics::rendered_image::Aov;
 use caustics::scene::Scene;
 use caustics::shard::Shard;
-use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{DENOISER, HISTORY, PATH_HISTORY, SAMPLER};
+use caustics_bench::run_config::RunConfig;
 use caustics_kernels::interface::choice::{PathHistory, Sampler};
 use caustics_kernels::{denoiser, history};
 
@@ -63,7 +63,7 @@ impl AnimationPlan {
             .into());
         }
         check_fps(*fps)?;
-        let Cell { mut config, asked_runner: runner, .. } = parameters.cell()?;
+        let RunConfig { mut config, asked_runner: runner, .. } = parameters.run_config()?;
         if !parameters.has(&HISTORY) && config.method.supports_history {
             config.history = &history::VALIDATED;
         }

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use caustics::kernels::{Source, Watch};
 use caustics::scene::{CameraChoice, SceneCamera};
-use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{MAX_BOUNCES, RUNNER};
+use caustics_bench::run_config::RunConfig;
 use caustics_kernels::method::path::PATH;
 
 use super::distance::Distance;
@@ -167,8 +167,8 @@ impl<'a> Engine<'a> {
             // While render jobs are brought there, they are not known to stand anywhere.
             self.stands = None;
             let mut side = 0;
-            for (other, cell) in self.sides(request).into_iter().enumerate() {
-                self.bring(other, cell, request, &camera, begins)?;
+            for (other, run_config) in self.sides(request).into_iter().enumerate() {
+                self.bring(other, run_config, request, &camera, begins)?;
                 // In turns of the same time.
                 let wall = |job: &Option<RenderJob>| job.as_ref().map(|job| job.report.wall);
                 if wall(&self.still[other]).is_some_and(|wall_of| Some(wall_of) < wall(&self.still[side])) {
@@ -193,18 +193,18 @@ impl<'a> Engine<'a> {
     }
 
     /// How to render the image, and what it is held against.
-    fn sides(&self, request: &ViewRequest) -> [Option<Cell>; 2] {
-        let [own, other] = &request.cells;
+    fn sides(&self, request: &ViewRequest) -> [Option<RunConfig>; 2] {
+        let [own, other] = &request.run_configs;
         let against = match request.against {
             Against::Nothing => None,
             Against::Other => Some(still(other)),
             Against::Reference => {
-                let mut reference = Cell::new(&PATH);
+                let mut reference = RunConfig::new(&PATH);
                 for parameter in [&RUNNER, &MAX_BOUNCES] {
                     // A value that a parameter has itself is one that it takes.
                     let _ = parameter.set(&mut reference, &parameter.get(own));
                 }
-                Some(Cell { asked_runner: own.asked_runner, ..reference }.effective())
+                Some(RunConfig { asked_runner: own.asked_runner, ..reference }.effective())
             }
         };
         [Some(still(own)), against]
@@ -231,12 +231,12 @@ impl<'a> Engine<'a> {
 
     /// Renders a frame of what moves.
     fn follow(&mut self, request: &ViewRequest, camera: &SceneCamera) -> anyhow::Result<()> {
-        let cell = request.cells[0].clone().effective();
+        let run_config = request.run_configs[0].clone().effective();
         let size = self.pace.size(request.size, request.target_fps);
-        let configuration = self.configuration(cell, size, false);
+        let configuration = self.configuration(run_config, size, false);
         if self.moving.as_ref().is_none_or(|job| job.key != configuration.key()) {
-            let was = self.moving.take().map(|job| job.configuration.cell.key());
-            if was.is_some_and(|was| was != configuration.cell.key()) {
+            let was = self.moving.take().map(|job| job.configuration.run_config.key());
+            if was.is_some_and(|was| was != configuration.run_config.key()) {
                 self.pace.forget();
             }
             let mut job = self.open(configuration, camera)?;
@@ -277,19 +277,19 @@ impl<'a> Engine<'a> {
     fn bring(
         &mut self,
         side: usize,
-        cell: Option<Cell>,
+        run_config: Option<RunConfig>,
         request: &ViewRequest,
         camera: &SceneCamera,
         begins: bool,
     ) -> anyhow::Result<()> {
-        let Some(cell) = cell else {
+        let Some(run_config) = run_config else {
             if self.still[side].take().is_some() {
                 self.shared.frames[side].send_replace(None);
                 self.distance.forget();
             }
             return Ok(());
         };
-        let configuration = self.configuration(cell, request.size, true);
+        let configuration = self.configuration(run_config, request.size, true);
         match &mut self.still[side] {
             Some(job) if job.key == configuration.key() => {
                 if begins {
@@ -306,10 +306,10 @@ impl<'a> Engine<'a> {
         Ok(())
     }
 
-    fn configuration(&self, cell: Cell, size: [u32; 2], averages: bool) -> JobConfiguration {
+    fn configuration(&self, run_config: RunConfig, size: [u32; 2], averages: bool) -> JobConfiguration {
         let features =
-            cell.config.features.features(&self.edited.scene, self.options.view.specular_roughness);
-        JobConfiguration { cell, size, averages, features }
+            run_config.config.features.features(&self.edited.scene, self.options.view.specular_roughness);
+        JobConfiguration { run_config, size, averages, features }
     }
 
     fn open(&self, configuration: JobConfiguration, camera: &SceneCamera) -> anyhow::Result<RenderJob> {

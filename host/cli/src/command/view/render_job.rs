@@ -10,7 +10,7 @@ use caustics::render_config::RenderConfig;
 use caustics::runner::RunError;
 use caustics::scene::{Scene, SceneCamera};
 use caustics::session::SessionError;
-use caustics_bench::cell::Cell;
+use caustics_bench::run_config::RunConfig;
 use caustics_kernels::interface::features::Features;
 
 use super::look::{DisplayedImage, Layer};
@@ -27,7 +27,7 @@ const ESTIMATES: u32 = 16;
 #[derive(Clone, Debug)]
 pub struct JobConfiguration {
     /// How to render.
-    pub cell: Cell,
+    pub run_config: RunConfig,
     /// Size of its frames (px).
     pub size: [u32; 2],
     /// Whether its frames are averaged.
@@ -39,8 +39,8 @@ pub struct JobConfiguration {
 impl JobConfiguration {
     /// Text of all that it is.
     pub fn key(&self) -> String {
-        let JobConfiguration { cell, size, averages, features } = self;
-        format!("{} {size:?} {averages} {features:?}", cell.key())
+        let JobConfiguration { run_config, size, averages, features } = self;
+        format!("{} {size:?} {averages} {features:?}", run_config.key())
     }
 
     /// The settings of its frames, as those of `render` are.
@@ -49,7 +49,7 @@ impl JobConfiguration {
         // One frame goes through the centres of its pixels.
         let frames = if self.averages { u32::MAX } else { 1 };
         let view = ImageOptions { width, height, ..view.clone() };
-        let config = options::config(&view, &self.cell.config, frames)?.with_defaults_of_method();
+        let config = options::config(&view, &self.run_config.config, frames)?.with_defaults_of_method();
         let batches = if self.averages { BATCHES } else { config.batches };
         Ok(RenderConfig { batches, ..config })
     }
@@ -86,8 +86,8 @@ impl RenderJob {
         camera: &SceneCamera,
     ) -> anyhow::Result<RenderJob> {
         let config = configuration.config(view)?;
-        let JobConfiguration { cell, features, .. } = &configuration;
-        let opened = opened(&config, cell.asked_runner, machine, scene, camera, *features)?;
+        let JobConfiguration { run_config, features, .. } = &configuration;
+        let opened = opened(&config, run_config.asked_runner, machine, scene, camera, *features)?;
         let sums = Accumulation::in_batches(config.batches_of_frames());
         let (report, error) = (RunReport::default(), f64::INFINITY);
         let estimates = Share::new(ESTIMATES, Duration::ZERO);

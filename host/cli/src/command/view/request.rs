@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use caustics::exposure::Exposure;
 use caustics::scene::{CameraChoice, Edits, NodeEdit, Position};
 use caustics::text::cut;
-use caustics_bench::cell::Cell;
 use caustics_bench::limits::{check_rays, check_size};
 use caustics_bench::parameter::{HISTORY, PATH_HISTORY, Parameter};
+use caustics_bench::run_config::RunConfig;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -55,7 +55,7 @@ pub struct ViewRequest {
     /// Frames a second to hold while something moves.
     pub target_fps: f64,
     /// How to render, and how to render what it is held against.
-    pub cells: [Cell; 2],
+    pub run_configs: [RunConfig; 2],
     /// What it is held against.
     pub against: Against,
     /// How an image is shown.
@@ -215,19 +215,19 @@ impl ViewRequest {
 
     fn set(&mut self, side: u8, key: &str, value: &str) -> Result<(), String> {
         let parameter = Parameter::find(key).ok_or_else(|| format!("there is no axis {key:?}"))?;
-        let cell = self.cells.get_mut(usize::from(side)).ok_or("there are two sides, 0 and 1")?;
-        let mut changed = cell.clone();
+        let run_config = self.run_configs.get_mut(usize::from(side)).ok_or("there are two sides, 0 and 1")?;
+        let mut changed = run_config.clone();
         parameter.set(&mut changed, value).map_err(|wrong| format!("{}: {wrong}", parameter.head))?;
         check_rays(&changed.config, self.size[0], self.size[1])?;
-        *cell = changed;
+        *run_config = changed;
         Ok(())
     }
 
     fn resize(&mut self, size: [u32; 2]) -> Result<(), String> {
         let [width, height] = size;
         check_size(width, height)?;
-        for cell in &self.cells {
-            check_rays(&cell.config, width, height)?;
+        for run_config in &self.run_configs {
+            check_rays(&run_config.config, width, height)?;
         }
         self.size = size;
         Ok(())
@@ -248,11 +248,11 @@ impl ViewRequest {
 }
 
 /// The configuration while all stands still and frames are averaged, as `render` does it: no history can help.
-pub fn still(cell: &Cell) -> Cell {
-    let mut cell = cell.clone();
+pub fn still(run_config: &RunConfig) -> RunConfig {
+    let mut run_config = run_config.clone();
     for parameter in [&HISTORY, &PATH_HISTORY] {
         // A value that a parameter has itself is one that it takes.
-        let _ = parameter.set(&mut cell, parameter.neutral);
+        let _ = parameter.set(&mut run_config, parameter.neutral);
     }
-    cell.effective()
+    run_config.effective()
 }

@@ -6,8 +6,8 @@ use caustics::output::exr;
 use caustics::render_config::Paths;
 use caustics::scene::{CameraChoice, Recorded, Scene};
 use caustics::shell;
-use caustics_bench::cell::Cell;
 use caustics_bench::parameter::{HISTORY, PARAMETERS, PATH_HISTORY, PATHS_PER_PIXEL, Parameter, RUNNER};
+use caustics_bench::run_config::RunConfig;
 use clap::CommandFactory;
 use clap::parser::ValueSource;
 
@@ -90,7 +90,12 @@ pub struct Shot<'a> {
 
 /// The command that renders an image again, with the same bits: `kept` of the command line, and what the page decided. None if
 /// no command can say it: the camera's name has a NUL.
-pub fn command(kept: &[String], request: &ViewRequest, cell: &Cell, shot: &Shot<'_>) -> Option<String> {
+pub fn command(
+    kept: &[String],
+    request: &ViewRequest,
+    run_config: &RunConfig,
+    shot: &Shot<'_>,
+) -> Option<String> {
     let Shot { camera, is_edited, time, frames, stops, is_staged } = *shot;
     let mut words = vec!["caustics".to_string(), "render".into()];
     words.extend_from_slice(kept);
@@ -116,8 +121,9 @@ pub fn command(kept: &[String], request: &ViewRequest, cell: &Cell, shot: &Shot<
     if time != 0.0 {
         options.push(("time".into(), time.to_string()));
     }
-    let parameters = PARAMETERS.into_iter().filter(|parameter| (parameter.not_applicable)(cell).is_none());
-    options.extend(parameters.filter_map(|parameter| spelled(parameter, cell)));
+    let parameters =
+        PARAMETERS.into_iter().filter(|parameter| (parameter.not_applicable)(run_config).is_none());
+    options.extend(parameters.filter_map(|parameter| spelled(parameter, run_config)));
     options.push(("frames".into(), frames.to_string()));
     // One frame alone would go through the centres of its pixels, and see textures by their footprints.
     if !is_kept("--pixel-filter ") {
@@ -135,16 +141,16 @@ pub fn command(kept: &[String], request: &ViewRequest, cell: &Cell, shot: &Shot<
 }
 
 /// The option of a parameter and its value; none where it is the usual one, or `render` does not have it.
-fn spelled(parameter: &'static Parameter, cell: &Cell) -> Option<(String, String)> {
-    let value = match (parameter, cell.config.light_paths) {
+fn spelled(parameter: &'static Parameter, run_config: &RunConfig) -> Option<(String, String)> {
+    let value = match (parameter, run_config.config.light_paths) {
         (parameter, _) if [&HISTORY, &PATH_HISTORY].contains(&parameter) => return None,
-        (parameter, _) if *parameter == RUNNER => cell.asked_runner.into(),
+        (parameter, _) if *parameter == RUNNER => run_config.asked_runner.into(),
         (parameter, Paths::Count(count)) if *parameter == PATHS_PER_PIXEL => {
             return Some(("light-paths".into(), count.to_string()));
         }
         (parameter, Paths::PerPixel(paths)) if *parameter == PATHS_PER_PIXEL => paths.to_string(),
         (parameter, _) if *parameter == PATHS_PER_PIXEL => return None,
-        (parameter, _) => parameter.get(cell),
+        (parameter, _) => parameter.get(run_config),
     };
     (value != parameter.default && !value.is_empty()).then(|| (parameter.option(), value))
 }

@@ -58,7 +58,7 @@ pub fn text(status: &Status<'_>) -> String {
     if let Some(job) = job {
         value["image"] = job_status(job);
         if let Some(camera) = status.camera.filter(|_| !moves) {
-            let (cell, frames) = (&job.configuration.cell, job.sums.frames());
+            let (run_config, frames) = (&job.configuration.run_config, job.sums.frames());
             let shot = save::Shot {
                 camera: &camera.name,
                 is_edited: status.is_edited,
@@ -67,7 +67,7 @@ pub fn text(status: &Status<'_>) -> String {
                 stops: status.stops,
                 is_staged: scene.additions.contains_key("light"),
             };
-            value["command"] = save::command(status.kept, request, cell, &shot).into();
+            value["command"] = save::command(status.kept, request, run_config, &shot).into();
         }
     }
     if let Some(job) = against {
@@ -78,18 +78,18 @@ pub fn text(status: &Status<'_>) -> String {
 
 /// The values of all parameters of a side.
 fn values(request: &ViewRequest, side: usize) -> Value {
-    let cell = &request.cells[side];
+    let run_config = &request.run_configs[side];
     PARAMETERS
         .into_iter()
         .map(|parameter| {
-            let value = match cell.config.light_paths {
-                _ if *parameter == RUNNER => cell.asked_runner.into(),
+            let value = match run_config.config.light_paths {
+                _ if *parameter == RUNNER => run_config.asked_runner.into(),
                 Paths::PerPixel(paths) if *parameter == PATHS_PER_PIXEL => paths.to_string(),
-                _ => parameter.get(cell),
+                _ => parameter.get(run_config),
             };
             (
                 parameter.key.to_string(),
-                json!({ "value": value, "not_applicable": (parameter.not_applicable)(cell) }),
+                json!({ "value": value, "not_applicable": (parameter.not_applicable)(run_config) }),
             )
         })
         .collect::<serde_json::Map<_, _>>()
@@ -110,7 +110,7 @@ fn job_status(job: &RenderJob) -> Value {
     let [width, height] = job.configuration.size;
     json!({
         "device": job.opened.session.device(), "why": job.opened.reason, "gather": job.opened.gather,
-        "method": job.configuration.cell.config.method.name, "size": job.configuration.size, "frames": job.report.frames(),
+        "method": job.configuration.run_config.config.method.name, "size": job.configuration.size, "frames": job.report.frames(),
         "frame_ms": job.report.frame_ms(), "pass_ms": job.report.pass_ms(),
         "rates": job.report.rates(u64::from(width) * u64::from(height)), "counters": job.report.counters,
         "warnings": job.report.counters.warnings(), "light_paths": job.report.light_paths(),

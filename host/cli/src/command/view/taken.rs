@@ -2,15 +2,15 @@
 
 use caustics::exposure::Exposure;
 use caustics::scene::CameraChoice;
-use caustics_bench::cell::Cell;
 use caustics_bench::limits::{check_rays, check_size};
+use caustics_bench::run_config::RunConfig;
 use caustics_kernels::method::basic::BASIC;
 
 use super::look::{Layer, Look};
 use super::request::{Against, MAX_EDITS, Message, NodeEdits, RATES, ViewRequest};
 
 fn start() -> ViewRequest {
-    let cell = Cell::new(&BASIC);
+    let run_config = RunConfig::new(&BASIC);
     ViewRequest {
         camera: CameraChoice::default(),
         at: 0.0,
@@ -18,7 +18,7 @@ fn start() -> ViewRequest {
         playing: None,
         size: [960, 540],
         target_fps: 30.0,
-        cells: [cell.clone(), cell],
+        run_configs: [run_config.clone(), run_config],
         against: Against::Nothing,
         look: Look { layer: Layer::Beauty, exposure: Exposure::Stops(0.0) },
         moves_until: None,
@@ -38,7 +38,13 @@ pub fn take(bytes: &[u8]) -> usize {
         let line = String::from_utf8_lossy(line);
         let [width, height] = request.size;
         assert!(check_size(width, height).is_ok(), "{line}");
-        assert!(request.cells.iter().all(|cell| check_rays(&cell.config, width, height).is_ok()), "{line}");
+        assert!(
+            request
+                .run_configs
+                .iter()
+                .all(|run_config| check_rays(&run_config.config, width, height).is_ok()),
+            "{line}"
+        );
         assert!(request.nodes.len() <= MAX_EDITS && request.time.is_finite(), "{line}");
         assert!(RATES.contains(&request.target_fps), "{line}");
     }

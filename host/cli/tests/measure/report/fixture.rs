@@ -9,7 +9,7 @@ use caustics_bench::parameter::{
     DENOISER, FEATURES, GATHER, HISTORY, MAX_BOUNCES, METHOD, PATHS_PER_PIXEL, RADIUS_PX, RUNNER,
 };
 use caustics_bench::result::{
-    CellConfig, CellError, CellResult, CellTime, FrameResult, Provenance, Quartiles,
+    ConfigValues, ErrorResult, FrameResult, Provenance, Quartiles, RunResult, TimeResult,
 };
 use glam::Vec3;
 
@@ -29,27 +29,27 @@ const CONFIGURATIONS: [(&str, &str, &str, f64, f64); 7] = [
     ("yang2021", "photons-grid", "none", 38.0, 0.13),
 ];
 
-/// Writes the cells of two scenes into `folder/cells` and gives them.
-pub fn write(folder: &Path) -> Vec<CellResult> {
-    let mut cells = Vec::new();
+/// Writes the results of two scenes into `folder/cells` and returns them.
+pub fn write(folder: &Path) -> Vec<RunResult> {
+    let mut runs = Vec::new();
     for (scene, is_moving) in [("mirror-room", false), (ROUGH, true)] {
         for (method, gather, history, ms, error) in CONFIGURATIONS {
             for paths in [0.25, 0.5, 1.0, 2.0, 4.0] {
-                cells.push(cell(scene, [method, gather, history, "scene"], paths, ms, error, is_moving));
+                runs.push(run(scene, [method, gather, history, "scene"], paths, ms, error, is_moving));
             }
         }
-        cells.push(cell(scene, ["basic", "photons-grid", "none", "all"], 1.0, 29.0, 0.16, false));
-        cells.push(cell(scene, ["basic", "points-grid", "none", "all"], 1.0, 25.0, 0.16, false));
-        cells.push(cell(scene, ["path", "", "none", "scene"], 0.0, 60.0, 0.42, is_moving));
+        runs.push(run(scene, ["basic", "photons-grid", "none", "all"], 1.0, 29.0, 0.16, false));
+        runs.push(run(scene, ["basic", "points-grid", "none", "all"], 1.0, 25.0, 0.16, false));
+        runs.push(run(scene, ["path", "", "none", "scene"], 0.0, 60.0, 0.42, is_moving));
     }
-    for cell in &mut cells {
-        save(folder, cell);
+    for run in &mut runs {
+        save(folder, run);
     }
-    cells
+    runs
 }
 
-/// A cell whose time grows with its paths and whose error falls with them.
-fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_moving: bool) -> CellResult {
+/// Result of a run configuration whose time grows with its paths and whose error falls with them.
+fn run(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_moving: bool) -> RunResult {
     let [method, gather, history, features] = names;
     let total = if paths == 0.0 { ms } else { 30.0 + ms * paths };
     let flip = if paths == 0.0 { error } else { error * paths.powf(-0.28) };
@@ -73,7 +73,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
         let values = [(FLIP.key.to_string(), flip), (FLIP_CAUSTICS.key.to_string(), None)].into();
         FrameResult { frame, total_ms: Some(total * (1.0 + 0.05 * turn)), values }
     });
-    let mut config = CellConfig::new(scene, "main");
+    let mut config = ConfigValues::new(scene, "main");
     config.texture_filter = "cone".into();
     for (parameter, value) in [
         (&METHOD, method),
@@ -89,10 +89,10 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
         config.set(parameter, value);
     }
     let of_light = |value: f64| (paths > 0.0).then_some(value);
-    CellResult {
+    RunResult {
         identity: format!("{:016x}", hash(&format!("{scene}{names:?}{paths}"))),
-        cell: config,
-        time: Some(CellTime {
+        config,
+        time: Some(TimeResult {
             width: 1920,
             height: 1080,
             light_paths: (paths * 1920.0 * 1080.0) as u32,
@@ -109,7 +109,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
             memory_bytes: BTreeMap::from([("points".into(), 33_177_600), ("photons".into(), 16_000_000)]),
             costs: BTreeMap::new(),
         }),
-        error: Some(CellError {
+        error: Some(ErrorResult {
             width: 480,
             height: 270,
             light_paths: (paths * 480.0 * 270.0) as u32,
@@ -123,7 +123,7 @@ fn cell(scene: &str, names: [&str; 4], paths: f64, ms: f64, error: f64, is_movin
             ]
             .map(|(measure, value)| (measure.key.to_string(), value))
             .into(),
-            ..CellError::default()
+            ..ErrorResult::default()
         }),
         frames: frames.collect(),
         note: None,
@@ -144,24 +144,24 @@ fn hash(text: &str) -> u64 {
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// Writes the cell and, of every cell but those of 0.25 paths, its images.
-pub fn save(folder: &Path, cell: &mut CellResult) {
-    let cells = folder.join("cells");
-    std::fs::create_dir_all(&cells).unwrap();
-    if let Some(error) = &mut cell.error
-        && cell.cell.number(&PATHS_PER_PIXEL) != 0.25
+/// Writes a result and, unless it is of 0.25 paths, its images.
+pub fn save(folder: &Path, run: &mut RunResult) {
+    let results = folder.join("cells");
+    std::fs::create_dir_all(&results).unwrap();
+    if let Some(error) = &mut run.error
+        && run.config.number(&PATHS_PER_PIXEL) != 0.25
     {
         let noise = error.get(&FLIP).unwrap_or(0.1) as f32;
-        let turn = if cell.cell.scene == ROUGH { 0.8 } else { 0.0 };
+        let turn = if run.config.scene == ROUGH { 0.8 } else { 0.0 };
         // What differs in needs only has the same bits.
-        let [method, history] = [&METHOD, &HISTORY].map(|parameter| cell.cell.text(parameter));
-        let seed = hash(&format!("{method}{history}{}", cell.cell.number(&PATHS_PER_PIXEL)));
-        let id = &cell.identity;
+        let [method, history] = [&METHOD, &HISTORY].map(|parameter| run.config.text(parameter));
+        let seed = hash(&format!("{method}{history}{}", run.config.number(&PATHS_PER_PIXEL)));
+        let id = &run.identity;
         let write = |name: String, colors: &dyn Fn(u32, u32) -> Vec3| {
             let (width, height) = SIZE;
             let colors: Vec<Vec3> =
                 (0..width * height).map(|pixel| colors(pixel % width, pixel / width)).collect();
-            std::fs::write(cells.join(&name), png::encode(width, height, &colors).unwrap()).unwrap();
+            std::fs::write(results.join(&name), png::encode(width, height, &colors).unwrap()).unwrap();
             Some(name)
         };
         let grain = |x: u32, y: u32| {
@@ -177,8 +177,8 @@ pub fn save(folder: &Path, cell: &mut CellResult) {
             Vec3::new(t, t * t * 0.8, 0.3 * t)
         });
     }
-    let path = cells.join(format!("{}.json", cell.identity));
-    std::fs::write(path, serde_json::to_vec_pretty(cell).unwrap()).unwrap();
+    let path = results.join(format!("{}.json", run.identity));
+    std::fs::write(path, serde_json::to_vec_pretty(run).unwrap()).unwrap();
 }
 
 /// A wall, a floor, and a bright cusp on it.

@@ -145,11 +145,11 @@ fn inputs_that_never_end_are_refused() {
         refuses(&dir, &["compare", input, input], 1, &words);
         refuses(&dir, &["merge", input, input, "-o", "out.exr"], 1, &words);
         refuses(&dir, &["sweep", input, "-o", "out"], 1, &words);
-        let cell = dir.path("results/cells/0000000000000001.json");
-        std::os::unix::fs::symlink(dir.path(input), &cell).unwrap();
+        let result = dir.path("results/cells/0000000000000001.json");
+        std::os::unix::fs::symlink(dir.path(input), &result).unwrap();
         refuses(&dir, &["report", "results", "-o", "r.html"], 1, &["0000000000000001.json", "not a file"]);
         refuses(&dir, &["sweep", "--merge", "results", "-o", "results"], 1, &["not a file"]);
-        std::fs::remove_file(&cell).unwrap();
+        std::fs::remove_file(&result).unwrap();
     }
     for out in ["zero.exr", "pipe.exr"] {
         let resume =

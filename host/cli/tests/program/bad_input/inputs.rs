@@ -30,15 +30,15 @@ fn results(dir: &TestDir) {
 fn a_report_is_written_over_no_result() {
     let dir = TestDir::new();
     results(&dir);
-    let cells = dir.path("res/cells");
-    let cell = cells
+    let folder = dir.path("res/cells");
+    let result = folder
         .read_dir()
         .unwrap()
-        .map(|cell| cell.unwrap().path())
-        .find(|cell| cell.extension().unwrap() == "json");
-    let cell = cell.unwrap();
-    let name = format!("res/cells/{}", cell.file_name().unwrap().to_str().unwrap());
-    let before = std::fs::read(&cell).unwrap();
+        .map(|entry| entry.unwrap().path())
+        .find(|path| path.extension().unwrap() == "json");
+    let result = result.unwrap();
+    let name = format!("res/cells/{}", result.file_name().unwrap().to_str().unwrap());
+    let before = std::fs::read(&result).unwrap();
     dir.write("scene.gltf", "precious");
     for output in [&name, "res/cells.csv", "scene.gltf", "res/cells.png"] {
         refuses(&dir, &["report", "res", "-o", output, "--force"], 2, &[output, ".html"]);
@@ -46,7 +46,7 @@ fn a_report_is_written_over_no_result() {
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(&name, dir.path("soft.html")).unwrap();
-        std::fs::hard_link(&cell, dir.path("hard.html")).unwrap();
+        std::fs::hard_link(&result, dir.path("hard.html")).unwrap();
         for output in ["soft.html", "hard.html"] {
             let words = [output, "one of the results", "another name"];
             refuses(&dir, &["report", "res", "-o", output, "--force"], 2, &words);
@@ -58,8 +58,8 @@ fn a_report_is_written_over_no_result() {
         let report = [&["report", "-o", "page.html", "--force"], arguments].concat();
         refuses(&dir, &report, 2, &["page_files", "results", "another name"]);
     }
-    let cell = dir.path("page_files/cells").join(cell.file_name().unwrap());
-    assert_eq!(std::fs::read(cell).unwrap(), before);
+    let result = dir.path("page_files/cells").join(result.file_name().unwrap());
+    assert_eq!(std::fs::read(result).unwrap(), before);
     dir.succeeds(&["report", "page_files", "-o", "other.html"]);
 }
 

@@ -114,11 +114,11 @@ fn write(dir: &TestDir) {
     );
     dir.write("sweep-matrices.toml", lines(size, head, |_| matrix.into(), ""));
 
-    // Results: only their cells are read.
+    // Results: only the files of run configurations are read.
     let identity = "0123456789abcdef";
-    let result = |cell: &str, frames: &str| {
+    let result = |values: &str, frames: &str| {
         format!(
-            "{{\"identity\":\"{identity}\",\"cell\":{{\"scene\":\"a\",\"camera\":\"b\"{cell}}},\"time\":null,\"error\":null,\
+            "{{\"identity\":\"{identity}\",\"cell\":{{\"scene\":\"a\",\"camera\":\"b\"{values}}},\"time\":null,\"error\":null,\
              \"frames\":[{frames}],\"provenance\":{{\"commit\":\"\",\"kernels\":\"\",\"device\":\"\",\"seed\":0,\"wall_s\":0,\
              \"unix_s\":0}}}}"
         )
@@ -272,11 +272,11 @@ fn elements_without_bytes_are_as_many_as_the_file_has_bytes() {
 
 /// Copies of one table, as many as took a minute and more when each was counted from the beginning of the file.
 #[test]
-fn many_matrices_of_one_cell_are_one_cell() {
+fn many_matrices_of_one_configuration_are_one_configuration() {
     let dir = TestDir::new();
     let matrix = "[[matrix]]\nscene=[\"ring\"]\nmethod=\"path\"\nrunner=\"cpu\"\npaths_per_pixel=1\n";
     let text = format!("[time]\nwidth = 64\nheight = 36\n{}", matrix.repeat(20_000));
     dir.write("a.toml", text);
     let run = dir.succeeds(&["sweep", "a.toml", "--dry-run"]);
-    assert!(run.stdout.contains("1 cells, 0 done"), "{}", run.stdout);
+    assert!(run.stdout.contains("1 run configurations, 0 done"), "{}", run.stdout);
 }

@@ -1,21 +1,22 @@
-//! What the parameters say of a cell: what of it matters, what it is known by, its names, its row in results.
+//! What the parameters say of a run configuration: what of it matters, what it is known by, its names, its row in
+//! results.
 
 use caustics_kernels::emission;
 use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::Method;
 
-use super::cell::Cell;
 use super::parameter::{HISTORY, METHOD, PARAMETERS, PATHS_PER_PIXEL, VisualEncoding};
-use super::result::CellConfig;
+use super::result::ConfigValues;
+use super::run_config::RunConfig;
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::RunnerChoice;
 
-impl Cell {
+impl RunConfig {
     /// A method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
-    pub fn new(method: &'static Method) -> Cell {
+    pub fn new(method: &'static Method) -> RunConfig {
         let runner = RunnerChoice::Cpu { threads: 0 };
-        let cell = Cell {
+        let run = RunConfig {
             name: String::new(),
             config: RenderConfig {
                 method,
@@ -28,12 +29,13 @@ impl Cell {
             runner,
             asked_runner: "cpu",
         };
-        let cell = cell.effective();
-        Cell { name: cell.short_name(), ..cell }
+        let run = run.effective();
+        RunConfig { name: run.short_name(), ..run }
     }
 
-    /// The same frames with all that its method does not look at set aside: cells of one effect are one cell.
-    pub fn effective(mut self) -> Cell {
+    /// The same frames with all that its method does not look at set aside: configurations of one effect are one
+    /// configuration.
+    pub fn effective(mut self) -> RunConfig {
         for parameter in PARAMETERS {
             if (parameter.not_applicable)(&self).is_some() {
                 // A value that a parameter has itself is one that it takes.
@@ -63,7 +65,7 @@ impl Cell {
     }
 
     /// What a result says of it; paths a pixel are those of a frame of this size.
-    pub fn values(&self, scene: &Scene, camera: &str, image: &RenderConfig) -> CellConfig {
+    pub fn values(&self, scene: &Scene, camera: &str, image: &RenderConfig) -> ConfigValues {
         let RenderConfig { width, height, texture_filter, .. } = *image;
         let paths = match self.config.light_paths {
             Paths::PerPixel(paths) => paths.to_string(),
@@ -73,7 +75,7 @@ impl Cell {
                 (f64::from(self.config.light_paths.count(width, height)) / pixels).to_string()
             }
         };
-        let mut values = CellConfig::new(&scene.name, camera);
+        let mut values = ConfigValues::new(&scene.name, camera);
         for parameter in PARAMETERS {
             values.set(parameter, &parameter.get(self));
         }
@@ -83,18 +85,18 @@ impl Cell {
     }
 }
 
-/// Names the cells of a run: what has a colour, then whatever else differs between cells of the run.
-pub fn name_all(cells: &mut [Cell]) {
-    let mut names: Vec<String> = cells.iter().map(Cell::short_name).collect();
+/// Names run configurations: what has a colour, then whatever else differs between them.
+pub fn name_all(runs: &mut [RunConfig]) {
+    let mut names: Vec<String> = runs.iter().map(RunConfig::short_name).collect();
     for parameter in
         PARAMETERS.into_iter().filter(|parameter| !matches!(parameter.shown, VisualEncoding::Color))
     {
         let letters = if let VisualEncoding::Words(letters, _) = parameter.shown { letters } else { "" };
-        let text = |cell: &Cell| match (parameter.not_applicable)(cell) {
+        let text = |run: &RunConfig| match (parameter.not_applicable)(run) {
             Some(_) => String::new(),
-            None => format!("{letters}{}", parameter.get(cell)),
+            None => format!("{letters}{}", parameter.get(run)),
         };
-        let texts: Vec<String> = cells.iter().map(text).collect();
+        let texts: Vec<String> = runs.iter().map(text).collect();
         let mut given: Vec<&String> = texts.iter().filter(|text| !text.is_empty()).collect();
         given.sort();
         given.dedup();
@@ -104,8 +106,8 @@ pub fn name_all(cells: &mut [Cell]) {
             }
         }
     }
-    for (cell, name) in cells.iter_mut().zip(names) {
-        cell.name = name;
+    for (run, name) in runs.iter_mut().zip(names) {
+        run.name = name;
     }
 }
 
@@ -119,9 +121,9 @@ mod tests {
     use caustics_kernels::{denoiser, history};
 
     #[test]
-    fn what_a_method_does_not_look_at_makes_no_other_cell() {
+    fn what_a_method_does_not_look_at_makes_no_other_configuration() {
         let fancy = |method| {
-            Cell::new(method).with(|config| {
+            RunConfig::new(method).with(|config| {
                 config.gather = Some(&variant::BRUTE);
                 config.history = history::ALL[1];
                 config.denoiser = denoiser::ALL[1];
@@ -129,34 +131,34 @@ mod tests {
                 config.radius = Radius::Px(3.0);
             })
         };
-        assert_eq!(fancy(&PATH).effective().key(), Cell::new(&PATH).key());
+        assert_eq!(fancy(&PATH).effective().key(), RunConfig::new(&PATH).key());
         assert_eq!(fancy(&BASIC).effective().key(), fancy(&BASIC).key());
-        assert_ne!(fancy(&BASIC).key(), Cell::new(&BASIC).key());
+        assert_ne!(fancy(&BASIC).key(), RunConfig::new(&BASIC).key());
     }
 
     /// Results that were kept before are known by this text.
     #[test]
-    fn the_text_of_all_that_a_cell_is_is_as_it_was() {
-        let cell = Cell::new(&BASIC).with(|config| config.light_paths = Paths::PerPixel(0.5));
+    fn the_key_of_a_run_configuration_is_as_it_was() {
+        let run = RunConfig::new(&BASIC).with(|config| config.light_paths = Paths::PerPixel(0.5));
         let text = "method basic gather photons-grid caustics first emission guided light_sampler resampled sampler sobol \
                     history none path_history none fireflies kept denoiser none runner cpu features scene \
                     paths_per_pixel p0.5 radius_px 1 max_bounces 5 on Cpu { threads: 0 }";
-        assert_eq!(cell.key(), text);
+        assert_eq!(run.key(), text);
     }
 
     #[test]
     fn names_say_what_differs() {
-        let mut cells = [
-            Cell::new(&BASIC),
-            Cell::new(&BASIC).with(|config| {
+        let mut runs = [
+            RunConfig::new(&BASIC),
+            RunConfig::new(&BASIC).with(|config| {
                 config.gather = Some(&variant::BRUTE);
                 config.light_paths = Paths::PerPixel(0.5);
             }),
-            Cell::new(&BASIC).with(|config| config.denoiser = &denoiser::ATROUS),
-            Cell::new(&PATH),
+            RunConfig::new(&BASIC).with(|config| config.denoiser = &denoiser::ATROUS),
+            RunConfig::new(&PATH),
         ];
-        name_all(&mut cells);
-        let names = cells.each_ref().map(|cell| cell.name.as_str());
+        name_all(&mut runs);
+        let names = runs.each_ref().map(|run| run.name.as_str());
         let expected = ["basic-none-photons-grid-p1", "basic-none-brute-p0.5"];
         assert_eq!(names[..2], expected);
         assert_eq!(names[2..], ["basic-none-atrous-photons-grid-p1", "path-none"]);

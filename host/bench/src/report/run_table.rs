@@ -1,4 +1,4 @@
-//! All cells of a scene as a table, and everything that is known of all cells as CSV.
+//! All run configurations of a scene as a table, and everything that is known of all configurations as CSV.
 
 use std::collections::BTreeSet;
 
@@ -9,11 +9,11 @@ use super::scene::ReportScene;
 use super::table::{Column, Table, TableValue};
 use crate::error::MEASURES;
 use crate::parameter::{PARAMETERS, Parameter, Values};
-use crate::result::{CellResult, CellTime};
+use crate::result::{RunResult, TimeResult};
 
 type TimeValue<T> = fn(&T) -> Option<f64>;
 /// What was timed.
-const TIMES: [(&str, &str, TimeValue<CellTime>); 11] = [
+const TIMES: [(&str, &str, TimeValue<TimeResult>); 11] = [
     ("time [ms]", "median_ms", |time| Some(time.total_ms.median)),
     ("first quartile [ms]", "lower_quartile_ms", |time| Some(time.total_ms.lower)),
     ("third quartile [ms]", "upper_quartile_ms", |time| Some(time.total_ms.upper)),
@@ -26,7 +26,7 @@ const TIMES: [(&str, &str, TimeValue<CellTime>); 11] = [
     ("memory [MiB]", "memory_mib", |time| (!time.memory_bytes.is_empty()).then(|| mebibytes(time))),
     ("time/first", "ratio_to_first", |time| time.ratio_to_first),
 ];
-fn mebibytes(time: &CellTime) -> f64 {
+fn mebibytes(time: &TimeResult) -> f64 {
     time.memory_bytes.values().map(|bytes| *bytes as f64).sum::<f64>() / (1024.0 * 1024.0)
 }
 
@@ -34,19 +34,19 @@ fn setting(value: Option<f64>) -> TableValue {
     value.map_or(TableValue::None, |value| TableValue::Number(value, short(value)))
 }
 
-/// Columns of cells.
-fn columns(cells: &[&Measured]) -> Vec<Column> {
-    let column = |head: &'static str, key: &str, value: &dyn Fn(&CellResult) -> TableValue| Column {
+/// Columns of run configurations.
+fn columns(runs: &[&Measured]) -> Vec<Column> {
+    let column = |head: &'static str, key: &str, value: &dyn Fn(&RunResult) -> TableValue| Column {
         head,
         key: key.into(),
-        values: cells.iter().map(|cell| value(&cell.result)).collect(),
+        values: runs.iter().map(|run| value(&run.result)).collect(),
     };
     let mut columns = Vec::new();
     for parameter in PARAMETERS {
-        let value = |result: &CellResult| match (parameter.values, result.cell.text(parameter)) {
+        let value = |result: &RunResult| match (parameter.values, result.config.text(parameter)) {
             (_, text) if text.is_empty() => TableValue::None,
             (Values::Names(_), text) => TableValue::Text(text),
-            (Values::Numbers(_), _) => setting(Some(result.cell.number(parameter))),
+            (Values::Numbers(_), _) => setting(Some(result.config.number(parameter))),
         };
         columns.push(column(parameter.head, parameter.key, &value));
     }
@@ -62,20 +62,20 @@ fn columns(cells: &[&Measured]) -> Vec<Column> {
         }));
     }
     for measure in MEASURES {
-        let value = |result: &CellResult| {
+        let value = |result: &RunResult| {
             TableValue::number(result.error.as_ref().and_then(|error| error.get(measure)))
         };
         columns.push(column(measure.head, measure.key, &value));
     }
-    let seeds = |result: &CellResult| setting(result.error.as_ref().map(|error| f64::from(error.seeds)));
+    let seeds = |result: &RunResult| setting(result.error.as_ref().map(|error| f64::from(error.seeds)));
     columns.push(column("seeds", "seeds", &seeds));
     columns
 }
 
-/// The table of a scene, and what all its cells have in common.
+/// The table of a scene, and what all its run configurations have in common.
 pub fn table(scene: &ReportScene) -> (Table, Vec<(&'static str, String)>) {
     let mut common = Vec::new();
-    let columns = columns(&scene.cells).into_iter().filter(|column| {
+    let columns = columns(&scene.runs).into_iter().filter(|column| {
         let is_setting =
             Parameter::find(&column.key).is_some() || ["frames", "seeds"].contains(&column.key.as_str());
         let is_constant = column.values.len() > 1 && column.values.windows(2).all(|pair| pair[0] == pair[1]);
@@ -91,39 +91,40 @@ pub fn table(scene: &ReportScene) -> (Table, Vec<(&'static str, String)>) {
     });
     let columns = columns.collect();
     let name = format!("{}-cells", scene.slug);
-    let table = Table { name, title: format!("{}: all cells", scene.title), columns }.without_empty();
+    let table =
+        Table { name, title: format!("{}: all run configurations", scene.title), columns }.without_empty();
     (table, common)
 }
 
-/// Everything of all cells: a row a cell, with every pass and every buffer.
-pub fn all(cells: &[Measured], names: &Names) -> Vec<Vec<String>> {
-    let all: Vec<&Measured> = cells.iter().collect();
+/// Everything of all run configurations: a row for each, with every pass and every buffer.
+pub fn all(runs: &[Measured], names: &Names) -> Vec<Vec<String>> {
+    let all: Vec<&Measured> = runs.iter().collect();
     let text = |head, key: &str, value: &dyn Fn(&Measured) -> String| Column {
         head,
         key: key.into(),
-        values: cells.iter().map(|cell| TableValue::Text(value(cell))).collect(),
+        values: runs.iter().map(|run| TableValue::Text(value(run))).collect(),
     };
     let mut wide = vec![
-        text("", "identity", &|cell| cell.result.identity.clone()),
-        text("", "cell", &|cell| names.label(cell)),
-        text("", "scene", &|cell| cell.result.cell.scene.clone()),
-        text("", "camera", &|cell| cell.result.cell.camera.clone()),
+        text("", "identity", &|run| run.result.identity.clone()),
+        text("", "cell", &|run| names.label(run)),
+        text("", "scene", &|run| run.result.config.scene.clone()),
+        text("", "camera", &|run| run.result.config.camera.clone()),
     ];
     wide.extend(columns(&all));
-    let times = || cells.iter().filter_map(|cell| cell.result.time.as_ref());
+    let times = || runs.iter().filter_map(|run| run.result.time.as_ref());
     let passes: BTreeSet<&String> = times().flat_map(|time| time.pass_ms.keys()).collect();
     for pass in passes {
-        let median_ms = |cell: &Measured| Some(cell.result.time.as_ref()?.pass_ms.get(pass)?.median);
-        let values = cells.iter().map(|cell| TableValue::number(median_ms(cell))).collect();
+        let median_ms = |run: &Measured| Some(run.result.time.as_ref()?.pass_ms.get(pass)?.median);
+        let values = runs.iter().map(|run| TableValue::number(median_ms(run))).collect();
         wide.push(Column { head: "", key: format!("pass.{pass}_ms"), values });
     }
     let buffers: BTreeSet<&String> = times().flat_map(|time| time.memory_bytes.keys()).collect();
     for buffer in buffers {
-        let bytes = |cell: &Measured| Some(*cell.result.time.as_ref()?.memory_bytes.get(buffer)? as f64);
-        let values = cells.iter().map(|cell| TableValue::number(bytes(cell))).collect();
+        let bytes = |run: &Measured| Some(*run.result.time.as_ref()?.memory_bytes.get(buffer)? as f64);
+        let values = runs.iter().map(|run| TableValue::number(bytes(run))).collect();
         wide.push(Column { head: "", key: format!("memory.{buffer}_bytes"), values });
     }
-    wide.push(text("", "device", &|cell| cell.result.provenance.device.clone()));
-    wide.push(text("", "commit", &|cell| cell.result.provenance.commit.clone()));
+    wide.push(text("", "device", &|run| run.result.provenance.device.clone()));
+    wide.push(text("", "commit", &|run| run.result.provenance.commit.clone()));
     Table { name: "cells".into(), title: String::new(), columns: wide }.rows()
 }

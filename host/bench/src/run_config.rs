@@ -1,11 +1,11 @@
-//! Cells: the run configurations that an experiment holds against each other.
+//! Run configurations, which an experiment holds against each other.
 
 use caustics::render_config::RenderConfig;
 use caustics::session::RunnerChoice;
 
 /// A run configuration: all that can vary in an experiment.
 #[derive(Clone, Debug)]
-pub struct Cell {
+pub struct RunConfig {
     /// Its name in tables, as `name_all` gives it.
     pub name: String,
     /// How frames are rendered; settings of the image are those of its plan.
@@ -16,10 +16,10 @@ pub struct Cell {
     pub asked_runner: &'static str,
 }
 
-impl Cell {
-    /// The cell with changed settings.
+impl RunConfig {
+    /// The same with changed settings.
     #[must_use]
-    pub fn with(mut self, change: impl FnOnce(&mut RenderConfig)) -> Cell {
+    pub fn with(mut self, change: impl FnOnce(&mut RenderConfig)) -> RunConfig {
         change(&mut self.config);
         self
     }

@@ -64,14 +64,9 @@ fn frames(
 ) -> Vec<Layers> {
     let cpu = RunnerChoice::Cpu { threads: 0 };
     let features = scene.features(config.specular_roughness);
-    let mut session = Session::new(
-        &cpu,
-        scene,
-        &scene.cameras[0],
-        &RenderConfig { method, gather: Some(gather), ..config.clone() },
-        features,
-    )
-    .expect("a session opens");
+    let config = RenderConfig { method, gather: Some(gather), ..config.clone() };
+    let mut session =
+        Session::new(&cpu, scene, &scene.cameras[0], &config, features).expect("a session opens");
     let mut frame = |index| {
         session.frame(index).expect("a frame runs");
         let [path, caustics] =

@@ -1,9 +1,9 @@
 //! What a pass declares about itself (see the attribute [`pass`]), how a CPU calls it, and what frames are made of passes.
 //! Imports `interface`, `platform`, `math` and the trait of `light`; what the attribute makes stands in the pass's own file.
 
-#[cfg(target_arch = "spirv")]
-pub use caustics_kernel_macros::joint;
 pub use caustics_kernel_macros::pass;
+#[cfg(target_arch = "spirv")]
+pub use caustics_kernel_macros::shared_entry;
 
 #[cfg(not(target_arch = "spirv"))]
 pub use described::{Access, Bound, OnCpu, Pass, Work};

@@ -18,7 +18,7 @@
 //! ```
 //!
 //! 1. **Collect** ([`pass::collect`]): from each pixel a camera path follows specular events, the *prefix*
-//!    ([`pass::collect::follow`]), to its first vertex that is not specular. That vertex becomes the pixel's *collection point*
+//!    ([`path::camera_path::trace_camera_path`]), to its first vertex that is not specular. That vertex becomes the pixel's *collection point*
 //!    ([`interface::point`]): a disc whose radius a ray cone gives ([`math::cone`]), so that it is about one pixel wide however
 //!    it is seen. All light on the way that is no caustic is path traced in the same walk.
 //! 2. **Denoise**, if asked for ([`denoiser`]): smooths that path-traced light. Caustics are not touched.
@@ -41,7 +41,7 @@
 //!
 //! One function decides which lobes are specular ([`surface::class`]). Light that meets a specular lobe first, and then, by
 //! whatever way, a collection point, belongs to the light paths; all else to the camera paths, which behind their point follow
-//! every lobe, and find lights by those that are not specular ([`pass::collect::CameraSuffix`]). So one thing decides a path, the lobe
+//! every lobe, and find lights by those that are not specular ([`path::camera_path::CameraSuffix`]). So one thing decides a path, the lobe
 //! next to the light: no path is counted twice, none is missing, and the sum is full light transport up to `max_bounces`. The
 //! published method gives the light paths what meets a specular lobe first *or later* (`Caustics::Any`), which is exact too, and
 //! noisier: light of a matte wall is found from the camera with ease.
@@ -54,9 +54,10 @@
 //! | [`math`] | random numbers, warps, cones, pencils, fixed point |
 //! | [`texture`], [`surface`], [`light`] | what is at a hit: texels, lobes, lights |
 //! | [`trace`] | the trait of tracers: our own BVH, ray queries |
+//! | [`path`] | the loops of camera paths and light paths |
 //! | [`mod@gather`], [`pass`], [`history`], [`denoiser`], [`method`] | what frames are made of, each variant a file and a line |
 //! | [`declare`], [`platform`], [`memory`] | how one function runs on a GPU and on a CPU |
-//! | `joint` | entry points that passes share on a GPU |
+//! | `shared_entry` | entry points that passes share on a GPU |
 #![cfg_attr(target_arch = "spirv", no_std)]
 #![cfg_attr(target_arch = "spirv", feature(asm_experimental_arch))]
 
@@ -69,15 +70,16 @@ pub mod emission;
 pub mod gather;
 pub mod history;
 pub mod interface;
-#[cfg(target_arch = "spirv")]
-pub mod joint;
 pub mod light;
 pub mod math;
 #[cfg(not(target_arch = "spirv"))]
 pub mod memory;
 pub mod method;
 pub mod pass;
+pub mod path;
 pub mod platform;
+#[cfg(target_arch = "spirv")]
+pub mod shared_entry;
 pub mod surface;
 pub mod texture;
 pub mod trace;

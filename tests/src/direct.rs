@@ -3,6 +3,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use crate::collected::{Collected, camera_path};
 use bytemuck::cast_slice;
 use caustics::counters::Counters;
 use caustics::render_config::RenderConfig;
@@ -25,10 +26,9 @@ use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::rng::Rng;
 use caustics_kernels::math::trig::sin_cos_turns;
 use caustics_kernels::method::frame as gathers;
-use caustics_kernels::pass::collect::{Collected, camera_path};
 use caustics_kernels::pass::resolve::resolve;
 use caustics_kernels::pass::shoot;
-use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
+use caustics_kernels::path::photon_sink::PhotonSink;
 use caustics_kernels::platform::{Atomics, Slots};
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;

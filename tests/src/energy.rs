@@ -6,8 +6,8 @@ use caustics::energy::EnergyLedger;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::light::emit::Emit;
-use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::pass::shoot::shoot;
+use caustics_kernels::path::photon_sink::PhotonSink;
 
 use crate::direct::{Tally, World};
 use crate::statistics::Mean;

@@ -4,6 +4,7 @@
 
 pub mod blocks;
 pub mod chi_square;
+pub mod collected;
 pub mod compare;
 pub mod direct;
 pub mod document;

@@ -3,6 +3,7 @@
 
 use std::convert::Infallible;
 
+use crate::collected::{Collected, camera_path};
 use caustics::scene::Scene;
 use caustics_kernels::emission::{AIMED, Emission, POWER};
 use caustics_kernels::interface::features::Features;
@@ -15,9 +16,9 @@ use caustics_kernels::light::aimed::Aimed;
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::light::power::ByPower;
 use caustics_kernels::math::rng::{Rng, Stream};
-use caustics_kernels::pass::collect::{Collected, camera_path};
-use caustics_kernels::pass::shoot::follow;
-use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
+use caustics_kernels::path::PathContext;
+use caustics_kernels::path::light_path::trace_light_path;
+use caustics_kernels::path::photon_sink::PhotonSink;
 use caustics_kernels::platform::Atomics;
 use caustics_kernels::trace::Tracer;
 use caustics_kernels::trace::bvh::BvhTracer;
@@ -168,7 +169,8 @@ impl<'a> LightPathContext<'a> {
         let emit =
             Starts::for_emission(emission, ByPower::new(scene, params, features)).expect("a known emission");
         let ignore = &mut Ignore(None);
-        follow(path, rng, params, features, scene, &emit, &mut tracer, &mut keep, ignore);
+        let context = PathContext { params, features, scene };
+        trace_light_path(path, rng, context, &emit, &mut tracer, &mut keep, ignore);
         (keep.0, tracer.answers)
     }
 

@@ -1,7 +1,9 @@
 //! The camera path of a pixel.
 
 use caustics_kernels::math::rng::Stream;
-use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix, follow};
+use caustics_kernels::path::PathContext;
+use caustics_kernels::path::camera_path::{CameraSuffix, trace_camera_path};
+use caustics_kernels::path::camera_ray::CameraPathStart;
 use caustics_kernels::platform::Uncounted;
 
 use super::record::PathRecorder;
@@ -18,8 +20,8 @@ pub fn path(view: InspectedFrame<'_>, pixel: u32, has_point: bool) -> CameraPath
     };
     let start = CameraPathStart::new(stream, pixel, params);
     let (mut tracer, mut record) = (scene.tracer(features), PathRecorder::new(view));
-    let tables = scene.tables();
-    follow(start, suffix, params, features, tables, &mut tracer, &mut record, &mut Uncounted);
+    let context = PathContext { params, features, scene: scene.tables() };
+    trace_camera_path(start, suffix, context, &mut tracer, &mut record, &mut Uncounted);
     if has_point && record.has_point {
         record.end(Event::CollectionPoint);
     } else if has_point && record.is_scattered() {

@@ -5,7 +5,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::math::offset;
-use caustics_kernels::pass::collect::observer::{CollectionPoint, PathObserver};
+use caustics_kernels::path::observer::{CollectionPoint, PathObserver};
 use caustics_kernels::surface::class::Classes;
 use caustics_kernels::surface::scatter::BsdfSample;
 use caustics_kernels::surface::textured::material_at;

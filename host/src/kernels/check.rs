@@ -134,7 +134,7 @@ mod tests {
         assert_eq!(found, known.collect(), "{name}");
     }
 
-    /// A joint entry point that lacked a buffer of one of its passes would do without it in silence.
+    /// A shared entry point that lacked a buffer of one of its passes would do without it in silence.
     #[test]
     fn joint_entry_points_bind_what_each_of_their_passes_writes() {
         for (name, bytes, is_in) in [
@@ -143,19 +143,19 @@ mod tests {
         ] {
             let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
             let Reflection { entry_points, .. } = Reflection::new(name, &words).unwrap();
-            let mut joint = 0;
+            let mut shared = 0;
             for pass in passes().into_iter().filter(|pass| is_in(pass)) {
                 let entry = &entry_points[pass.name];
                 if !entry.is_joint() {
                     continue;
                 }
-                joint += 1;
+                shared += 1;
                 for bound in pass.buffers.iter().filter(|bound| bound.access != Access::Table) {
                     let is_bound = entry.bindings.iter().any(|binding| binding.name == bound.name);
                     assert!(is_bound, "{name}: {} has no {}", pass.name, bound.name);
                 }
             }
-            assert_eq!(joint, 8, "{name}");
+            assert_eq!(shared, 8, "{name}");
         }
     }
 

@@ -18,19 +18,19 @@ pub struct Arguments {
     pub limit: Option<Expr>,
     pub hardware: bool,
     /// Whether its entry point is one that passes share.
-    pub joint: bool,
+    pub shared_entry: bool,
 }
 
 impl Parse for Arguments {
     fn parse(input: ParseStream) -> Result<Self> {
         let (mut name, mut over, mut work, mut limit) = (None, None, None, None);
-        let (mut hardware, mut joint) = (false, false);
+        let (mut hardware, mut shared_entry) = (false, false);
         while !input.is_empty() {
             let key: Ident = input.parse()?;
             if key == "hardware" {
                 hardware = true;
-            } else if key == "joint" {
-                joint = true;
+            } else if key == "shared_entry" {
+                shared_entry = true;
             } else {
                 input.parse::<Token![=]>()?;
                 match key.to_string().as_str() {
@@ -41,7 +41,7 @@ impl Parse for Arguments {
                     _ => {
                         return Err(Error::new(
                             key.span(),
-                            "a pass has name, over, work, limit, hardware, joint",
+                            "a pass has name, over, work, limit, hardware, shared_entry",
                         ));
                     }
                 }
@@ -57,7 +57,7 @@ impl Parse for Arguments {
             work: work.ok_or_else(|| missing("work"))?,
             limit,
             hardware,
-            joint,
+            shared_entry,
         })
     }
 }
@@ -107,7 +107,7 @@ pub enum Role {
     Params,
     Dispatch,
     Features,
-    /// Whether this pass of a joint entry point runs.
+    /// Whether this pass of a shared entry point runs.
     Runs,
     Scene,
     Tracer,

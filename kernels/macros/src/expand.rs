@@ -60,7 +60,7 @@ pub fn expand(arguments: &Arguments, declaration: &Declaration) -> TokenStream {
     let function = &declaration.function;
     let gate = arguments.hardware.then(|| quote!(#[cfg(feature = "ray-query")]));
     let mut entries = TokenStream::new();
-    if !arguments.joint {
+    if !arguments.shared_entry {
         let (name, limit) = (&arguments.name, limit(arguments));
         if !arguments.hardware {
             entries.extend(entry(declaration, name, &[], &limit, Tracer::Software));

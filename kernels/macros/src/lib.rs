@@ -46,9 +46,9 @@
 //! - `limit = expression`: invocations there are where only the device knows, by `dispatch`, `params` and what is read;
 //!   without, `dispatch.count`.
 //! - `hardware`: there is an entry point with ray queries alone, and no call on the CPU.
-//! - `joint`: its entry points are those of a function that several passes share.
+//! - `shared_entry`: its entry points are those of a function that several passes share.
 //!
-//! Such a function is made by `#[joint(mine = "pass.mine", other = "pass.other")]`: its parameters are those of all of these passes,
+//! Such a function is made by `#[shared_entry(mine = "pass.mine", other = "pass.other")]`: its parameters are those of all of these passes,
 //! each buffer once, and a `bool` for each pass, `mine` and `other`, which says whether it runs: constants while kernels are compiled, so
 //! that the code of the others is dead. A pass does not bind the buffers of the others.
 
@@ -69,7 +69,7 @@ pub fn pass(arguments: TokenStream, item: TokenStream) -> TokenStream {
             return Err(syn::Error::new(structure.name.span(), "a structure is for `hardware` alone"));
         }
         if let Some(runs) = declaration.find(|role| matches!(role, Role::Runs)) {
-            return Err(syn::Error::new(runs.name.span(), "a `bool` is for `joint` functions alone"));
+            return Err(syn::Error::new(runs.name.span(), "a `bool` is for `shared_entry` functions alone"));
         }
         Ok(expand::expand(&arguments, &declaration))
     })
@@ -77,7 +77,7 @@ pub fn pass(arguments: TokenStream, item: TokenStream) -> TokenStream {
 
 /// Makes an entry point that several passes share of a function, for a GPU alone; see the crate.
 #[proc_macro_attribute]
-pub fn joint(passes: TokenStream, item: TokenStream) -> TokenStream {
+pub fn shared_entry(passes: TokenStream, item: TokenStream) -> TokenStream {
     expanded(|| Ok(expand::expand_joint(&syn::parse(passes)?, &Declaration::new(syn::parse(item)?)?)))
 }
 

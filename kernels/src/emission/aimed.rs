@@ -4,7 +4,7 @@
 use crate::declare::{Emission, FrameStage};
 use crate::light::aimed::Aimed;
 
-crate::shoot_pass!(joint "shoot.aimed", |power| Aimed { power });
+crate::shoot_pass!(shared_entry "shoot.aimed", |power| Aimed { power });
 
 /// See the head of the file.
 #[cfg(not(target_arch = "spirv"))]

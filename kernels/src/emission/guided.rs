@@ -28,7 +28,7 @@ use crate::pass::weigh::kept;
 use crate::pass::weigh::{WEIGH, weigh_with_pilot};
 use crate::platform::{AtomicWords, Slots, Words};
 
-crate::shoot_pass!(joint "shoot.guided", |power, guide_maps: &[GuideMap], guide_pyramid: &[f32]| Guided {
+crate::shoot_pass!(shared_entry "shoot.guided", |power, guide_maps: &[GuideMap], guide_pyramid: &[f32]| Guided {
     power,
     maps: guide_maps,
     pyramid: guide_pyramid

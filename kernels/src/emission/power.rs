@@ -3,7 +3,7 @@
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{Emission, FrameStage};
 
-crate::shoot_pass!(joint "shoot.store", |power| power);
+crate::shoot_pass!(shared_entry "shoot.store", |power| power);
 
 /// See the head of the file.
 #[cfg(not(target_arch = "spirv"))]

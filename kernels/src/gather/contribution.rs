@@ -67,10 +67,12 @@ impl Receiver {
         Receiver { frame, surface }
     }
 
-    /// Returns BSDF times flux of a photon: f(viewer, light) times its flux (W/sr).
+    /// Returns the contribution of a photon to the sum of a collection point (W/sr): f(viewer, light) Phi |n_s . w| / |n_g . w|, with
+    /// `w` the direction to the light [Veach 1997, 5.3]. A photon brings Phi / |n_g . w| as its flux. With n_s = n_g it is f Phi, the
+    /// summand of photon density estimation [Jensen 1996].
     #[inline(always)]
     pub fn contribution(&self, photon: &PhotonLight) -> Vec3 {
-        // What arrives is above the face.
+        // Photons arrive above the face
         let to_light = flip_to_geometric_hemisphere(self.frame.to_local(photon.to_light), true);
         self.surface.eval(to_light, Classes::NON_SPECULAR).f * photon.flux * to_light.z
     }

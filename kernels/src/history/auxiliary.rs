@@ -14,9 +14,9 @@ use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
-use crate::pass::collect::errand::{Errand, Wanted, run};
-use crate::pass::collect::observer::{CollectionPoint, PathObserver};
-use crate::pass::collect::{CameraPathLight, CameraSuffix};
+use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
+use crate::path::camera_path::{CameraPathLight, CameraSuffix};
+use crate::path::observer::{CollectionPoint, PathObserver};
 use crate::platform::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
@@ -30,7 +30,7 @@ pub const AUXILIARY_LAYERS: FrameStage = FrameStage {
 };
 
 /// Prefixes of camera paths, a pixel an invocation.
-#[pass(name = "auxiliary", over = params.pixel_count(), work = Auxiliary, joint)]
+#[pass(name = "auxiliary", over = params.pixel_count(), work = Auxiliary, shared_entry)]
 pub fn auxiliary(
     index: u32,
     params: &FrameParams,
@@ -43,16 +43,16 @@ pub fn auxiliary(
 ) {
     let pixel = pixel_order[index as usize];
     let shown = Shown { pixel, params, features, materials: scene.materials, instances, records: auxiliary };
-    run(shown, params, features, scene, tracer, &mut Uncounted);
+    run_camera_pass(shown, params, features, scene, tracer, &mut Uncounted);
 }
 
-/// The errand of `auxiliary`. Its row is written as soon as the point is found: the path behind it has no use for it.
+/// The camera pass `auxiliary`. Its record is stored where the point is found.
 pub struct Shown<'a> {
     /// The pixel.
     pub pixel: u32,
     /// Settings.
     pub params: &'a FrameParams,
-    /// What the scene needs.
+    /// Code that is compiled in.
     pub features: Features,
     /// Materials.
     pub materials: &'a [Material],
@@ -85,18 +85,18 @@ impl PathObserver for Shown<'_> {
     }
 }
 
-impl Errand for Shown<'_> {
-    /// Where mirrors and lenses image a point says how it moved.
+impl CameraPass for Shown<'_> {
+    /// Adds the virtual images in mirrors and lenses, by which points move.
     #[inline(always)]
     fn features(&self, features: Features) -> Features {
         features | Features::HISTORY
     }
     #[inline(always)]
-    fn wanted(&self) -> Wanted {
-        Wanted { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::NOTHING }
+    fn request(&self) -> CameraPathRequest {
+        CameraPathRequest { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::NOTHING }
     }
     #[inline(always)]
-    fn leave(&mut self, _light: &CameraPathLight, _kept: &()) {}
+    fn store(&mut self, _light: &CameraPathLight, _kept: &()) {}
 }
 
 /// Where the image shows a point less where the image before did (px). Behind mirrors and glass the eye alone moves:

@@ -32,9 +32,9 @@ use crate::interface::point::{PointDirect, PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
 use crate::math::{clamp, is_finite, octahedral};
-use crate::pass::collect::errand::{Errand, Wanted, run};
-use crate::pass::collect::observer::{CollectionPoint, PathObserver};
-use crate::pass::collect::{self, CameraSuffix};
+use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
+use crate::path::camera_path::{CameraPathLight, CameraSuffix};
+use crate::path::observer::{CollectionPoint, PathObserver};
 use crate::platform::{Slots, Uncounted};
 use crate::surface::dispersion::is_mixed;
 use crate::trace::Tracer;
@@ -89,7 +89,7 @@ pub fn block_count(params: &FrameParams) -> u32 {
 }
 
 /// Traces a path of each block again.
-#[pass(name = "path.retrace", over = block_count(params), work = Reuse, joint)]
+#[pass(name = "path.retrace", over = block_count(params), work = Reuse, shared_entry)]
 pub fn path_retrace(
     block: u32,
     params: &FrameParams,
@@ -110,7 +110,7 @@ pub fn path_retrace(
         brightness: path_brightness,
         retraced: path_retraced,
     };
-    run(retrace, params, features, scene, tracer, &mut Uncounted);
+    run_camera_pass(retrace, params, features, scene, tracer, &mut Uncounted);
 }
 
 /// The pixel of a block whose turn it is; `NONE` if it has kept nothing.
@@ -127,7 +127,7 @@ pub fn pixel_of(block: u32, path_points: &[HistoryPoint], params: &FrameParams) 
     }
 }
 
-/// The errand of `path.retrace`: what light a pixel's path finds now.
+/// The camera pass `path.retrace`: the light that the path of a pixel finds now.
 pub struct Retrace<'a> {
     /// The block.
     pub block: u32,
@@ -135,7 +135,7 @@ pub struct Retrace<'a> {
     pub pixel: u32,
     /// Settings.
     pub params: &'a FrameParams,
-    /// What the scene needs.
+    /// Code that is compiled in.
     pub features: Features,
     /// Materials.
     pub materials: &'a [Material],
@@ -158,13 +158,17 @@ impl PathObserver for Retrace<'_> {
     fn end(&mut self, _kept: &mut CollectionPoint, _last: Vec3) {}
 }
 
-impl Errand for Retrace<'_> {
+impl CameraPass for Retrace<'_> {
     #[inline(always)]
-    fn wanted(&self) -> Wanted {
-        Wanted { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::new(self.params) }
+    fn request(&self) -> CameraPathRequest {
+        CameraPathRequest {
+            pixel: self.pixel,
+            stream: Stream::Camera,
+            suffix: CameraSuffix::new(self.params),
+        }
     }
     #[inline(always)]
-    fn leave(&mut self, light: &collect::CameraPathLight, point: &CollectionPoint) {
+    fn store(&mut self, light: &CameraPathLight, point: &CollectionPoint) {
         let mut retraced = Retraced::default();
         // What is another surface, the history will not find.
         if point.geometry.exists() && point.shading.material == self.points[self.pixel as usize].material {

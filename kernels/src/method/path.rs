@@ -12,9 +12,9 @@ use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::Method;
-use crate::pass::collect::errand::{Errand, Wanted, run};
-use crate::pass::collect::observer::{CollectionPoint, PathObserver};
-use crate::pass::collect::{CameraPathLight, CameraSuffix};
+use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
+use crate::path::observer::{CollectionPoint, PathObserver};
+use crate::path::camera_path::{CameraPathLight, CameraSuffix};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
 use crate::platform::{Atomics, Slots};
@@ -42,7 +42,7 @@ pub const PATH: Method = Method {
 };
 
 /// Paths of the reference, a pixel an invocation.
-#[pass(name = "reference", over = params.pixel_count(), work = Camera, joint)]
+#[pass(name = "reference", over = params.pixel_count(), work = Camera, shared_entry)]
 pub fn reference(
     index: u32,
     params: &FrameParams,
@@ -54,10 +54,10 @@ pub fn reference(
     path_radiance: Slots<'_, Vec3>,
 ) {
     let reference = Reference { pixel: pixel_order[index as usize], radiance: path_radiance };
-    run(reference, params, features, scene, tracer, counters);
+    run_camera_pass(reference, params, features, scene, tracer, counters);
 }
 
-/// The errand of `reference`: all light.
+/// The camera pass `reference`: all light.
 struct Reference<'a> {
     pixel: u32,
     radiance: Slots<'a, Vec3>,
@@ -72,19 +72,19 @@ impl PathObserver for Reference<'_> {
     fn end(&mut self, _kept: &mut (), _last: Vec3) {}
 }
 
-impl Errand for Reference<'_> {
+impl CameraPass for Reference<'_> {
     #[inline(always)]
-    fn wanted(&self) -> Wanted {
-        wanted(self.pixel)
+    fn request(&self) -> CameraPathRequest {
+        request(self.pixel)
     }
     #[inline(always)]
-    fn leave(&mut self, light: &CameraPathLight, _kept: &()) {
+    fn store(&mut self, light: &CameraPathLight, _kept: &()) {
         self.radiance.write(self.pixel, light.radiance);
     }
 }
 
-/// A path through a pixel.
+/// Requests a path through a pixel that finds all light.
 #[inline(always)]
-pub fn wanted(pixel: u32) -> Wanted {
-    Wanted { pixel, stream: Stream::Reference, suffix: CameraSuffix::ALL }
+pub fn request(pixel: u32) -> CameraPathRequest {
+    CameraPathRequest { pixel, stream: Stream::Reference, suffix: CameraSuffix::ALL }
 }

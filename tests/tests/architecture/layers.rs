@@ -16,11 +16,11 @@ const KERNELS: &[&[&str]] = &[
     &["surface", "light"],
     &["trace"],
     &["declare"],
-    &["gather"],
+    &["gather", "path"],
     &["pass"],
     &["history", "denoiser", "emission"],
     &["method"],
-    &["joint"],
+    &["shared_entry"],
 ];
 
 /// Crate of the host.

@@ -14,11 +14,13 @@ use caustics_kernels::light::emit::EmissionSample;
 use caustics_kernels::math::cone::RayCone;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::method::path::PATH;
-use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix};
-use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
-use caustics_kernels::pass::{collect, shoot};
+use caustics_kernels::pass::shoot;
+use caustics_kernels::path::camera_path::CameraSuffix;
+use caustics_kernels::path::camera_ray::CameraPathStart;
+use caustics_kernels::path::photon_sink::PhotonSink;
 use caustics_kernels::surface::media::MediaStack;
 use caustics_kernels::trace::initial_media::initial_media_stack;
+use caustics_tests::collected::collected;
 use caustics_tests::direct::{Tally, World};
 use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
@@ -236,7 +238,7 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
         let same = (0..64).find_map(|attempt| {
             let rng = Rng::new(Stream::Reference, 6, attempt, index);
             let cone = RayCone::at_eye(0.001);
-            let path = collect::collected(
+            let path = collected(
                 CameraPathStart { ray: back, cone, rng },
                 CameraSuffix::new(&world.params),
                 &world.params,

@@ -152,7 +152,7 @@ fn odd_sizes_render_every_pixel() {
         let world = World::new(&scene, &config);
         let (mut tracer, mut tally) = (world.tracer(), Tally::default());
         for pixel in (0..pixels).step_by((pixels / 500).max(1)).chain([pixels - 1]) {
-            let own = caustics_kernels::pass::collect::camera_path(
+            let own = caustics_tests::collected::camera_path(
                 pixel as u32,
                 &world.params,
                 world.features,

@@ -16,14 +16,15 @@ use crate::interface::point::{PhotonGeometry, PhotonLight};
 use crate::interface::scene::SceneTables;
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
-use crate::pass::shoot;
-use crate::pass::shoot::photon_sink::PhotonSink;
+use crate::path::PathContext;
+use crate::path::light_path::trace_light_path;
+use crate::path::photon_sink::PhotonSink;
 use crate::platform::{AtomicWords, Slots, Uncounted};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
 /// Validation paths, one an invocation.
-#[pass(name = "validate", over = params.validation_path_count, work = Reuse, joint)]
+#[pass(name = "validate", over = params.validation_path_count, work = Reuse, shared_entry)]
 pub fn validate(
     path: u32,
     params: &FrameParams,
@@ -40,8 +41,8 @@ pub fn validate(
     let mut compare = Compare::new(path, params, instances, validation_photons, validation_cells);
     let emit = ByPower::new(scene, params, features);
     let (rng, features) = (compare.rng(), uncounted(features));
-    let count =
-        shoot::follow(path, rng, params, features, scene, &emit, tracer, &mut compare, &mut Uncounted);
+    let context = PathContext { params, features, scene };
+    let count = trace_light_path(path, rng, context, &emit, tracer, &mut compare, &mut Uncounted);
     compare.close(count);
 }
 

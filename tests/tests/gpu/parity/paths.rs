@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use caustics::scene::Scene;
 use caustics_kernels::interface::counters::PhotonState;
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
-use caustics_kernels::pass::collect::Collected;
+use caustics_tests::collected::Collected;
 use caustics_tests::compare::{Difference, Tolerance, floats, records, words};
 use caustics_tests::fields::Field;
 use caustics_tests::matching::{Photon, pair};

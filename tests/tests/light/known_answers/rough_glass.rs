@@ -8,10 +8,12 @@ use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::emit::EmissionSample;
 use caustics_kernels::math::rng::Stream;
-use caustics_kernels::pass::collect::observer::{CollectionPoint, PathObserver};
-use caustics_kernels::pass::collect::{CameraPathStart, CameraSuffix, follow};
-use caustics_kernels::pass::shoot::photon_sink::PhotonSink;
 use caustics_kernels::pass::shoot::shoot;
+use caustics_kernels::path::PathContext;
+use caustics_kernels::path::camera_path::{CameraSuffix, trace_camera_path};
+use caustics_kernels::path::camera_ray::CameraPathStart;
+use caustics_kernels::path::observer::{CollectionPoint, PathObserver};
+use caustics_kernels::path::photon_sink::PhotonSink;
 use caustics_kernels::surface::class::Classes;
 use caustics_kernels::surface::dispersion::Indices;
 use caustics_kernels::surface::scatter::BsdfSample;
@@ -198,16 +200,9 @@ fn weights_of_paths_through_white_rough_glass_do_not_grow() {
         let (mut tracer, mut tally, mut escapes) = (world.tracer(), Tally::default(), Escapes::default());
         for pixel in 0..world.params.pixel_count() {
             let start = CameraPathStart::new(Stream::Reference, pixel, &world.params);
-            follow(
-                start,
-                suffix,
-                &world.params,
-                world.features,
-                world.tables(),
-                &mut tracer,
-                &mut escapes,
-                &mut tally,
-            );
+            let context =
+                PathContext { params: &world.params, features: world.features, scene: world.tables() };
+            trace_camera_path(start, suffix, context, &mut tracer, &mut escapes, &mut tally);
         }
         let paths = f64::from(world.params.pixel_count());
         let mean = escapes.0.iter().sum::<f64>() / paths;

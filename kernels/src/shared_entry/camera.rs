@@ -1,7 +1,7 @@
 //! Passes that trace camera paths.
 
 use super::Counted;
-use crate::declare::joint;
+use crate::declare::shared_entry;
 use crate::history::auxiliary::Shown;
 use crate::history::path::{self, Retrace};
 use crate::interface::auxiliary::Auxiliary;
@@ -11,16 +11,17 @@ use crate::interface::history::{HistoryPoint, Retraced};
 use crate::interface::instance::Instance;
 use crate::interface::point::{PointDirect, PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
-use crate::method::path::wanted as wanted_by_reference;
-use crate::pass::collect::errand::{Errand, Wanted, run};
-use crate::pass::collect::observer::{CollectionPoint, PathObserver};
-use crate::pass::collect::{CameraPathLight, Collect};
+use crate::method::path::request as request_of_reference;
+use crate::pass::collect::Collect;
+use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
+use crate::path::camera_path::CameraPathLight;
+use crate::path::observer::{CollectionPoint, PathObserver};
 use crate::platform::{Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
 
 /// A camera path an invocation.
-#[joint(collects = "collect", refers = "reference", retraces = "path.retrace", shows = "auxiliary")]
+#[shared_entry(collects = "collect", refers = "reference", retraces = "path.retrace", shows = "auxiliary")]
 pub fn camera(
     index: u32,
     collects: bool,
@@ -48,8 +49,8 @@ pub fn camera(
     let materials = scene.materials;
     let pixel =
         if retraces { path::pixel_of(index, path_points, params) } else { pixel_order[index as usize] };
-    let errands = Errands {
-        runs: Runs { collects, refers, retraces, shows },
+    let pass = AnyCameraPass {
+        runs: RunningPass { collects, refers, retraces, shows },
         collect: Collect {
             pixel,
             params,
@@ -74,27 +75,27 @@ pub fn camera(
         shown: Shown { pixel, params, features, materials, instances, records: auxiliary },
     };
     let mut counted = Counted { counts: collects || refers, counters };
-    run(errands, params, features, scene, tracer, &mut counted);
+    run_camera_pass(pass, params, features, scene, tracer, &mut counted);
 }
 
-/// Which one runs.
+/// The pass that runs.
 #[derive(Clone, Copy)]
-struct Runs {
+struct RunningPass {
     collects: bool,
     refers: bool,
     retraces: bool,
     shows: bool,
 }
 
-/// The errands, of which one is run. That of `reference` leaves nothing but radiance, where `collect` does.
-struct Errands<'a> {
-    runs: Runs,
+/// All camera passes, of which one runs. `reference` stores nothing but radiance, where `collect` does.
+struct AnyCameraPass<'a> {
+    runs: RunningPass,
     collect: Collect<'a>,
     retrace: Retrace<'a>,
     shown: Shown<'a>,
 }
 
-impl PathObserver for Errands<'_> {
+impl PathObserver for AnyCameraPass<'_> {
     type Kept = CollectionPoint;
 
     #[inline(always)]
@@ -121,34 +122,34 @@ impl PathObserver for Errands<'_> {
     }
 }
 
-impl Errand for Errands<'_> {
+impl CameraPass for AnyCameraPass<'_> {
     #[inline(always)]
     fn features(&self, features: Features) -> Features {
         if self.runs.shows { self.shown.features(features) } else { features }
     }
 
     #[inline(always)]
-    fn wanted(&self) -> Wanted {
+    fn request(&self) -> CameraPathRequest {
         if self.runs.refers {
-            wanted_by_reference(self.collect.pixel)
+            request_of_reference(self.collect.pixel)
         } else if self.runs.shows {
-            self.shown.wanted()
+            self.shown.request()
         } else {
             // Paths are traced again as they were traced.
-            self.collect.wanted()
+            self.collect.request()
         }
     }
 
     #[inline(always)]
-    fn leave(&mut self, light: &CameraPathLight, kept: &CollectionPoint) {
+    fn store(&mut self, light: &CameraPathLight, kept: &CollectionPoint) {
         if self.runs.collects {
-            self.collect.leave(light, &());
+            self.collect.store(light, &());
         }
         if self.runs.refers {
             self.collect.radiance.write(self.collect.pixel, light.radiance);
         }
         if self.runs.retraces {
-            self.retrace.leave(light, kept);
+            self.retrace.store(light, kept);
         }
     }
 }

@@ -1,52 +1,68 @@
-//! What a camera path puts aside, in memory, until it asks for it again: what is live while a ray is traced, or a vertex scattered at,
-//! takes a GPU's registers. These are the shadow rays of a vertex, which wait until the path has left it, the light that the path
-//! has found, and the cone and the pencil of its prefix.
+//! Scratch memory of a camera path, and all that exists for the registers of a GPU.
+//!
+//! Whatever is live while a ray is traced or a BSDF is evaluated takes registers of each invocation, and registers decide how many waves
+//! run at once. The camera path therefore follows five rules (docs/decisions.md, "CPU and GPU", has the measurements):
+//!
+//! 1. **Path scratch.** Values that a path uses at few vertices lie in an array of the invocation instead of variables: the sums of
+//!    light, the cone and the pencil of the prefix, the shadow rays of a vertex. They are read where they are used, as often as that is.
+//! 2. **Light samples before the BSDF, shadow rays after it.** A vertex samples positions on lights first and leaves them in an array
+//!    ([`light_samples`]), then makes its BSDF and weighs them. The shadow rays are traced once the next segment is known, when
+//!    nothing of the vertex is needed any more.
+//! 3. **One exit.** The loop over segments ends in one place, with [nothing left of a segment](super::camera_path). With several exits
+//!    a GPU keeps all that any of them returns, for the invocations that have ended while others go on.
+//! 4. **Values only.** A loop carries no slices and no references that change: drivers fail on pointers that a loop carries. That is
+//!    why an observer returns a value that it keeps, and why functions here have `if`s instead of early returns.
+//! 5. **Rare counts at once.** A count that is nearly always 0 is added to its counter where it occurs; a sum would live along the path.
 
+pub mod light_samples;
+
+use super::PathContext;
+use super::camera_path::CameraPathLight;
+use super::camera_ray::CameraPathStart;
+use super::prefix::needs_virtual_image;
 use crate::interface::features::Features;
-use crate::interface::frame::FrameParams;
 use crate::interface::point::PointDirect;
 use crate::interface::ray::Ray;
 use crate::light::light_sampling::FEW_LIGHTS;
 use crate::math::cone::RayCone;
 use crate::math::pencil::{Pencil, RayDerivative};
-use crate::pass::collect::CameraPathLight;
 use crate::platform::Record;
 use crate::surface::media::MediaStack;
 use spirv_std::glam::{UVec2, Vec2, Vec3};
 
-/// A shadow ray, and what it brings where nothing is in its way.
+/// A shadow ray, and the light that it brings where it is not blocked.
 #[derive(Clone, Copy, Debug)]
-pub struct Shadow {
+pub struct ShadowRay {
     /// The ray.
     pub ray: Ray,
     /// Media around its start.
     pub media: MediaStack,
     /// Radiance (W m^-2 sr^-1).
     pub radiance: Vec3,
-    /// With [`Features::PARTS`]: what the specular class of its vertex makes of it.
+    /// With [`Features::PARTS`]: the part of it that the specular class of its vertex scatters.
     pub specular: Vec3,
-    /// What the other makes of it.
+    /// The part of it that the non-specular class scatters.
     pub non_specular: Vec3,
 }
 
-/// A sum of light that a path brings: `radiance`, `prefix`, `direct.radiance` and `delta_prefix` of [`CameraPathLight`].
+/// A sum of light along a path: `radiance`, `prefix`, `direct.radiance` and `delta_prefix` of [`CameraPathLight`].
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sum {
-    /// All of it.
+    /// All light.
     Radiance,
-    /// What the non-specular class of the point reflects nothing of.
+    /// Light that the non-specular class of the point does not reflect.
     Prefix,
     /// Direct light that this class reflects.
     Direct,
-    /// What was found before the first non-delta bounce.
+    /// Light found before the first non-delta bounce.
     DeltaPrefix,
 }
 
-/// Words of a record: those of a shadow ray, or the path's own.
+/// Words of a record: a shadow ray, or the path's own.
 const WORDS: usize = 19;
 
-/// Words of as many shadow rays as a vertex has, and of three records more.
+/// Words of all shadow rays of a vertex, and of three more records.
 pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 3);
 
 type PathRecord = Record<WORDS, ROOM>;
@@ -56,14 +72,14 @@ const CLASS_PROBABILITY: usize = 12;
 const DISTANCE: usize = 13;
 const CONE: usize = 14;
 
-/// Where rays ask for the media around them.
+/// Features with which rays need the media around them.
 const MEDIA: Features = Features(Features::ABSORPTION.0 | Features::NESTED.0);
 
-/// What a path has put aside.
-pub struct Aside<'a> {
+/// Scratch memory of one camera path.
+pub struct PathScratch<'a> {
     /// The words.
     words: &'a mut [u32; ROOM],
-    /// What the scene needs.
+    /// Code that is compiled in.
     features: Features,
     /// The path's own record.
     own: PathRecord,
@@ -71,25 +87,30 @@ pub struct Aside<'a> {
     pencil: [PathRecord; 2],
 }
 
-impl<'a> Aside<'a> {
-    /// Of a path that has found no light yet.
+impl<'a> PathScratch<'a> {
+    /// The scratch of a path that has found no light yet.
     #[inline(always)]
-    pub fn new(words: &'a mut [u32; ROOM], features: Features, params: &FrameParams) -> Self {
+    pub fn new(words: &'a mut [u32; ROOM], start: &CameraPathStart, context: PathContext<'_>) -> Self {
+        let PathContext { params, features, .. } = context;
         let first = FEW_LIGHTS + params.zero();
         let [own, by_origin, by_direction] =
             [PathRecord::at(first), PathRecord::at(first + 1), PathRecord::at(first + 2)];
-        let mut aside = Aside { words, features, own, pencil: [by_origin, by_direction] };
-        aside.set(Sum::Radiance, Vec3::ZERO);
+        let mut scratch = PathScratch { words, features, own, pencil: [by_origin, by_direction] };
+        scratch.set(Sum::Radiance, Vec3::ZERO);
         if features.has(Features::PARTS) {
-            aside.set(Sum::Prefix, Vec3::ZERO);
-            aside.set(Sum::Direct, Vec3::ZERO);
-            aside.set(Sum::DeltaPrefix, Vec3::ZERO);
-            aside.set_class_probability(0.0);
+            scratch.set(Sum::Prefix, Vec3::ZERO);
+            scratch.set(Sum::Direct, Vec3::ZERO);
+            scratch.set(Sum::DeltaPrefix, Vec3::ZERO);
+            scratch.set_class_probability(0.0);
         }
-        aside
+        scratch.set_cone(start.cone, 0.0);
+        if needs_virtual_image(features) {
+            scratch.set_pencil(&Pencil::at_eye(start.ray.direction, params.camera.right));
+        }
+        scratch
     }
 
-    /// A sum so far.
+    /// Returns a sum so far.
     #[inline(always)]
     pub fn sum(&self, sum: Sum) -> Vec3 {
         self.own.take3(self.words, 3 * sum as usize)
@@ -113,7 +134,7 @@ impl<'a> Aside<'a> {
         self.own.put(self.words, CLASS_PROBABILITY, class_probability.to_bits());
     }
 
-    /// All that was found.
+    /// Returns all light so far.
     #[inline(always)]
     pub fn light(&self) -> CameraPathLight {
         let mut light = CameraPathLight { radiance: self.sum(Sum::Radiance), ..CameraPathLight::default() };
@@ -126,7 +147,7 @@ impl<'a> Aside<'a> {
         light
     }
 
-    /// The cone of the prefix, and its length (m).
+    /// Returns the cone of the prefix, and its length (m).
     #[inline(always)]
     pub fn cone(&self) -> (RayCone, f32) {
         let number = |word| f32::from_bits(self.own.take(self.words, word));
@@ -140,7 +161,7 @@ impl<'a> Aside<'a> {
         (cone, number(DISTANCE))
     }
 
-    /// Leaves them.
+    /// Sets them.
     #[inline(always)]
     pub fn set_cone(&mut self, cone: RayCone, distance: f32) {
         self.own.put(self.words, DISTANCE, distance.to_bits());
@@ -151,7 +172,7 @@ impl<'a> Aside<'a> {
         self.own.put(self.words, CONE + 4, u32::from(cone.is_distorted));
     }
 
-    /// The pencil of the prefix.
+    /// Returns the pencil of the prefix.
     #[inline(always)]
     pub fn pencil(&self) -> Pencil {
         let words = &*self.words;
@@ -172,7 +193,7 @@ impl<'a> Aside<'a> {
         }
     }
 
-    /// Leaves it.
+    /// Sets it.
     #[inline(always)]
     pub fn set_pencil(&mut self, pencil: &Pencil) {
         let words = &mut *self.words;
@@ -192,33 +213,33 @@ impl<'a> Aside<'a> {
         by_direction.put(words, 8, u32::from(pencil.is_distorted));
     }
 
-    /// Leaves a shadow ray at an index below [`FEW_LIGHTS`].
+    /// Sets the shadow ray at an index below [`FEW_LIGHTS`].
     #[inline(always)]
-    pub fn set_shadow(&mut self, index: u32, shadow: &Shadow) {
+    pub fn set_shadow_ray(&mut self, index: u32, shadow_ray: &ShadowRay) {
         let record = PathRecord::at(index);
         let words = &mut *self.words;
-        record.put3(words, 0, shadow.ray.origin);
-        record.put3(words, 3, shadow.ray.direction);
-        record.put(words, 6, shadow.ray.length.to_bits());
-        record.put(words, 7, shadow.ray.key);
-        record.put3(words, 8, shadow.radiance);
+        record.put3(words, 0, shadow_ray.ray.origin);
+        record.put3(words, 3, shadow_ray.ray.direction);
+        record.put(words, 6, shadow_ray.ray.length.to_bits());
+        record.put(words, 7, shadow_ray.ray.key);
+        record.put3(words, 8, shadow_ray.radiance);
         if self.features.has(MEDIA) {
-            let media = shadow.media.words();
+            let media = shadow_ray.media.words();
             record.put(words, 11, media.x);
             record.put(words, 12, media.y);
         }
         if self.features.has(Features::PARTS) {
-            record.put3(words, 13, shadow.specular);
-            record.put3(words, 16, shadow.non_specular);
+            record.put3(words, 13, shadow_ray.specular);
+            record.put3(words, 16, shadow_ray.non_specular);
         }
     }
 
-    /// The shadow ray at an index.
+    /// Returns the shadow ray at an index.
     #[inline(always)]
-    pub fn shadow(&self, index: u32) -> Shadow {
+    pub fn shadow_ray(&self, index: u32) -> ShadowRay {
         let record = PathRecord::at(index);
         let words = &*self.words;
-        let mut shadow = Shadow {
+        let mut shadow_ray = ShadowRay {
             ray: Ray {
                 origin: record.take3(words, 0),
                 direction: record.take3(words, 3),
@@ -231,11 +252,13 @@ impl<'a> Aside<'a> {
             non_specular: Vec3::ZERO,
         };
         if self.features.has(MEDIA) {
-            shadow.media = MediaStack::from_words(UVec2::new(record.take(words, 11), record.take(words, 12)));
+            shadow_ray.media =
+                MediaStack::from_words(UVec2::new(record.take(words, 11), record.take(words, 12)));
         }
         if self.features.has(Features::PARTS) {
-            (shadow.specular, shadow.non_specular) = (record.take3(words, 13), record.take3(words, 16));
+            (shadow_ray.specular, shadow_ray.non_specular) =
+                (record.take3(words, 13), record.take3(words, 16));
         }
-        shadow
+        shadow_ray
     }
 }

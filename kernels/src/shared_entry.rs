@@ -2,7 +2,7 @@
 //! all is half as large. Each pass stands in a file of its own, whole, as the CPU runs it; a file here brings those of an entry point
 //! together where they differ. Which of them runs is known before a driver compiles it: what is the others' is dead.
 //!
-//! A pass of its own, without `joint`, has an entry point of its own.
+//! A pass of its own, without `shared_entry`, has an entry point of its own.
 
 use crate::platform::Atomics;
 

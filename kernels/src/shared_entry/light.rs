@@ -1,7 +1,7 @@
 //! Passes that trace light paths: those of the emissions, and what validates.
 
 use super::Counted;
-use crate::declare::joint;
+use crate::declare::shared_entry;
 use crate::history::validated::validate::{Compare, uncounted};
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
@@ -16,14 +16,15 @@ use crate::light::guided::{self, Guided};
 use crate::light::mixture::{EmissionContext, EmissionDirection, EmissionMixture, start};
 use crate::light::power::ByPower;
 use crate::math::rng::{Rng, Stream};
-use crate::pass::shoot;
-use crate::pass::shoot::photon_sink::{PhotonSink, PhotonStore};
+use crate::path::PathContext;
+use crate::path::light_path::trace_light_path;
+use crate::path::photon_sink::{PhotonSink, PhotonStore};
 use crate::platform::{AtomicWords, Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A light path an invocation.
-#[joint(shoots = "shoot.store", aims = "shoot.aimed", guides = "shoot.guided", validates = "validate")]
+#[shared_entry(shoots = "shoot.store", aims = "shoot.aimed", guides = "shoot.guided", validates = "validate")]
 pub fn light(
     index: u32,
     shoots: bool,
@@ -72,8 +73,8 @@ pub fn light(
         features = uncounted(features);
     }
     let mut counted = Counted { counts: photons.stores, counters };
-    let path_state =
-        shoot::follow(path, rng, params, features, scene, &starts, tracer, &mut photons, &mut counted);
+    let context = PathContext { params, features, scene };
+    let path_state = trace_light_path(path, rng, context, &starts, tracer, &mut photons, &mut counted);
     if validates {
         photons.compare.close(path_state);
     } else {

@@ -1,0 +1,347 @@
+//! State of a camera path that outlives a vertex, and the steps that change it, in the order in which the loop calls them.
+
+use super::{Arrival, CameraPathLight, CameraSuffix, Segment};
+use crate::interface::counters::Counter;
+use crate::interface::features::Features;
+use crate::light::light_sampling::LightCandidates;
+use crate::math::cone::RayCone;
+use crate::math::is_finite;
+use crate::math::rng::Rng;
+use crate::math::sampler::next4;
+use crate::path::PathContext;
+use crate::path::camera_ray::CameraPathStart;
+use crate::path::direct_light::LightNumbers;
+use crate::path::emission::{environment_radiance, is_emitter, surface_emission};
+use crate::path::observer::PathObserver;
+use crate::path::prefix::{advance_prefix, collection_point};
+use crate::path::scratch::{PathScratch, Sum};
+use crate::platform::Atomics;
+use crate::surface::class::Classes;
+use crate::surface::dispersion::{Channel, is_mixed, needs_channel, part};
+use crate::surface::may_have_non_delta_lobe;
+use crate::surface::scatter::{BsdfSample, ScatteringVertex};
+use crate::surface::textured::material_at;
+use crate::surface::vertex::vertex;
+use crate::trace::Tracer;
+use crate::trace::through_media::{TracedSegment, trace_through_media};
+use spirv_std::glam::Vec3;
+
+/// Share of the throughput at the collection point above which Russian roulette ends no path.
+const SURE: f32 = 0.5;
+
+/// State of a camera path that outlives a vertex.
+#[derive(Clone, Copy)]
+pub struct CameraPath {
+    /// Its random numbers.
+    pub rng: Rng,
+    /// Lobes behind the collection point.
+    suffix: CameraSuffix,
+    /// Cone of a pixel at the eye.
+    eye_cone: RayCone,
+    /// Number of the segment, from 1, and of the vertex that it finds.
+    pub depth: u32,
+    /// Whether the path was scattered by specular lobes alone.
+    pub in_prefix: bool,
+    /// Whether it was scattered by delta lobes alone.
+    pub in_delta_prefix: bool,
+    /// Largest channel of the throughput that left the collection point.
+    throughput_from_point: f32,
+    /// Number of shadow rays.
+    pub shadow_rays: u32,
+}
+
+impl CameraPath {
+    /// A path that has not left the eye.
+    #[inline(always)]
+    pub fn new(start: &CameraPathStart, suffix: CameraSuffix) -> CameraPath {
+        CameraPath {
+            rng: start.rng,
+            suffix,
+            eye_cone: start.cone,
+            depth: 1,
+            in_prefix: true,
+            in_delta_prefix: true,
+            throughput_from_point: 0.0,
+            shadow_rays: 0,
+        }
+    }
+
+    /// Traces a segment through the media around it, up to the first surface that no medium covers.
+    #[inline(always)]
+    pub fn trace_segment<T: Tracer, C: Atomics>(
+        &self,
+        segment: &mut Segment,
+        context: PathContext<'_>,
+        tracer: &mut T,
+        counters: &mut C,
+    ) -> TracedSegment {
+        let PathContext { features, scene, .. } = context;
+        if features.has(Features::BLENDS) {
+            segment.ray.key = self.rng.ray_key(0);
+        }
+        let traced = trace_through_media(&segment.ray, segment.media, features, scene, tracer);
+        count_rare(traced.overflows, Counter::MediaOverflow, counters);
+        count_rare(traced.unexpected, Counter::UnexpectedFaces, counters);
+        traced
+    }
+    /// Adds the radiance that a ray finds where it leaves the scene.
+    #[inline(always)]
+    pub fn add_environment(
+        &self,
+        segment: &Segment,
+        traced: &TracedSegment,
+        context: PathContext<'_>,
+        scratch: &mut PathScratch<'_>,
+    ) {
+        let features = context.features;
+        if self.in_prefix {
+            scratch.add(Sum::Radiance, segment.throughput * context.params.background);
+        }
+        if features.has(Features::ENVIRONMENT) && segment.finds_emission {
+            let candidates = candidates(segment.from_prefix, context);
+            let mut radiance =
+                environment_radiance(&segment.ray, segment.pdf_solid_angle, candidates, context);
+            if features.has(Features::ABSORPTION) {
+                radiance *= traced.transmittance;
+            }
+            scratch.add(Sum::Radiance, segment.throughput * radiance);
+        }
+    }
+
+    /// Finds the vertex at the end of a segment, its material, and the throughput behind the media.
+    #[inline(always)]
+    pub fn arrive(
+        &self,
+        segment: &Segment,
+        traced: &TracedSegment,
+        context: PathContext<'_>,
+        scratch: &mut PathScratch<'_>,
+    ) -> Arrival {
+        let PathContext { features, scene, .. } = context;
+        let mut texture_width = 0.0;
+        if self.in_prefix {
+            texture_width = advance_prefix(traced.hit.distance, context, scratch);
+        }
+        let vertex = vertex(scene, features, &segment.ray, &traced.hit, texture_width);
+        let material = material_at(scene, &vertex, features);
+        let mut throughput = segment.throughput;
+        if features.has(Features::ABSORPTION) {
+            throughput *= traced.transmittance;
+        }
+        Arrival { vertex, material, media: traced.media, throughput }
+    }
+
+    /// Adds the emission of a surface.
+    #[inline(always)]
+    pub fn add_emission(
+        &self,
+        segment: &Segment,
+        arrival: &Arrival,
+        distance: f32,
+        context: PathContext<'_>,
+        scratch: &mut PathScratch<'_>,
+    ) {
+        if is_emitter(arrival, context.features) && segment.finds_emission {
+            let candidates = candidates(segment.from_prefix, context);
+            let emission = surface_emission(
+                arrival,
+                segment.from,
+                distance,
+                segment.pdf_solid_angle,
+                candidates,
+                context,
+            );
+            scratch.add(Sum::Radiance, emission);
+        }
+    }
+
+    /// Lobes by which the path goes on and finds lights: all in the prefix, those of the suffix behind it.
+    #[inline(always)]
+    pub fn lobes(&self) -> CameraSuffix {
+        let mut lobes = CameraSuffix::ALL;
+        if !self.in_prefix {
+            lobes = self.suffix;
+        }
+        lobes
+    }
+
+    /// Chooses the one channel that goes on where a medium disperses.
+    #[inline(always)]
+    pub fn choose_channel(&mut self, arrival: &mut Arrival, context: PathContext<'_>) -> Channel {
+        let mut channel = Channel::GREEN;
+        let materials = context.scene.materials;
+        if needs_channel(&arrival.vertex, &arrival.material, materials, arrival.media, context.features) {
+            let mixed = is_mixed(arrival.throughput);
+            let u = if mixed { next4(&mut self.rng, &context.params.sequence).x } else { 0.0 };
+            (channel, arrival.throughput) = part(arrival.throughput, u);
+        }
+        channel
+    }
+
+    /// Random numbers of the light samples of a vertex, and how many there are.
+    #[inline(always)]
+    pub fn sample_numbers(&mut self, arrival: &Arrival, context: PathContext<'_>) -> LightNumbers {
+        let sequence = &context.params.sequence;
+        let candidates = candidates(self.in_prefix, context);
+        let u = next4(&mut self.rng, sequence);
+        let mut choice = 0.0;
+        if candidates.candidate_count > 1 {
+            choice = next4(&mut self.rng, sequence).x;
+        }
+        let mut count = 0;
+        if self.suffix.is_lit() && may_have_non_delta_lobe(&arrival.material, context.features) {
+            count = candidates.sample_count * candidates.candidate_count;
+        }
+        LightNumbers { candidates, count, u, choice }
+    }
+
+    /// The BSDF of a vertex, and the media on both of its sides.
+    #[inline(always)]
+    pub fn scattering(
+        &self,
+        arrival: &Arrival,
+        channel: Channel,
+        lobes: CameraSuffix,
+        context: PathContext<'_>,
+    ) -> ScatteringVertex {
+        ScatteringVertex::new(
+            arrival.vertex,
+            arrival.material,
+            context.scene.materials,
+            arrival.media,
+            arrival.throughput,
+            channel,
+            lobes.follows,
+            self.in_prefix && self.suffix.divides(),
+            context.params.specular_roughness,
+            context.features,
+        )
+    }
+
+    /// Sets the parts of the light aside that a collection point here would not reflect.
+    #[inline(always)]
+    pub fn begin_direct_light(&self, context: PathContext<'_>, scratch: &mut PathScratch<'_>) {
+        if context.features.has(Features::PARTS) && self.in_prefix {
+            scratch.set(Sum::Prefix, scratch.sum(Sum::Radiance));
+            scratch.set(Sum::Direct, Vec3::ZERO);
+        }
+    }
+
+    /// Ends the prefix where the first non-specular lobe was sampled, and makes the collection point there.
+    #[inline(always)]
+    pub fn end_prefix<O: PathObserver>(
+        &mut self,
+        scattered: &BsdfSample,
+        scattering: &ScatteringVertex,
+        arrival: &Arrival,
+        context: PathContext<'_>,
+        scratch: &mut PathScratch<'_>,
+        observer: &mut O,
+        kept: &mut O::Kept,
+    ) {
+        if self.in_prefix && scattered.sampled.class == Classes::NON_SPECULAR {
+            self.in_prefix = false;
+            let class_probability = scattering.bsdf.class_probability(Classes::NON_SPECULAR);
+            if self.depth < context.params.max_bounces && class_probability > 0.0 {
+                if context.features.has(Features::PARTS) {
+                    scratch.set_class_probability(class_probability);
+                }
+                let (depth, eta) = (self.depth, scattering.bsdf.eta);
+                let point =
+                    collection_point(arrival, depth, class_probability, eta, self.eye_cone, context, scratch);
+                observer.collect(kept, &point);
+            } else {
+                observer.end(kept, arrival.vertex.position);
+            }
+        }
+    }
+
+    /// Multiplies the throughput by f cos / pdf, and ends the path by Russian roulette on what is left of the throughput that left the
+    /// collection point.
+    #[inline(always)]
+    pub fn roulette(&mut self, scattered: &BsdfSample, throughput: &mut Vec3, was_prefix: bool, u: f32) {
+        *throughput *= scattered.sampled.weight;
+        if scattered.sampled.class == Classes::NON_SPECULAR {
+            let carried = throughput.max_element();
+            if was_prefix {
+                self.throughput_from_point = carried;
+            }
+            let survival = (carried / (SURE * self.throughput_from_point)).min(1.0);
+            *throughput = if u < survival { *throughput / survival } else { Vec3::ZERO };
+        }
+    }
+
+    /// The next segment, if the path goes on.
+    #[inline(always)]
+    pub fn leave<C: Atomics>(
+        &mut self,
+        arrival: &Arrival,
+        scattered: &BsdfSample,
+        was_prefix: bool,
+        counters: &mut C,
+    ) -> Segment {
+        let sampled = &scattered.sampled;
+        let mut throughput = arrival.throughput;
+        let carried = throughput.element_sum();
+        let exists = (self.in_prefix || self.suffix.is_lit()) && is_finite(carried) && carried > 0.0;
+        if exists && sampled.transmitted {
+            // Radiance is compressed into the smaller solid angle of the denser side: eta^2 [Veach 1997, 5.2].
+            throughput *= sampled.eta * sampled.eta;
+            count_rare(scattered.media_overflow.into(), Counter::MediaOverflow, counters);
+        }
+        self.in_delta_prefix = self.in_delta_prefix && sampled.pdf_solid_angle == 0.0;
+        Segment {
+            exists,
+            ray: scattered.ray,
+            from: arrival.vertex.position,
+            from_prefix: was_prefix,
+            media: scattered.media,
+            throughput,
+            pdf_solid_angle: sampled.pdf_solid_angle,
+            finds_emission: self.in_prefix || self.suffix.finds.has(sampled.class),
+        }
+    }
+
+    /// Tells the observer of a path that ends in its prefix.
+    #[inline(always)]
+    pub fn end_without_point<O: PathObserver>(&self, last: Vec3, observer: &mut O, kept: &mut O::Kept) {
+        if self.in_prefix {
+            observer.end(kept, last);
+        }
+    }
+
+    /// The light of the path, once it has ended; none, and a count, where it is not finite.
+    #[inline(always)]
+    pub fn finish<C: Atomics>(
+        &self,
+        features: Features,
+        scratch: &PathScratch<'_>,
+        counters: &mut C,
+    ) -> CameraPathLight {
+        let mut light = scratch.light();
+        if features.has(Features::PARTS) && self.in_delta_prefix {
+            light.delta_prefix = light.radiance;
+        }
+        if !is_finite(light.radiance.element_sum()) {
+            light = CameraPathLight::default();
+            counters.add(Counter::NonFinite as u32, 1);
+        }
+        counters.add(Counter::CameraRays as u32, self.depth);
+        counters.add(Counter::ShadowRays as u32, self.shadow_rays);
+        light
+    }
+}
+
+/// Light samples of a vertex: several in the prefix, one behind the collection point.
+#[inline(always)]
+fn candidates(in_prefix: bool, context: PathContext<'_>) -> LightCandidates {
+    if in_prefix { LightCandidates::new(context.params) } else { LightCandidates::ONE }
+}
+
+/// Counts what is rare at once: a sum would be one more value that a path keeps.
+#[inline(always)]
+fn count_rare<C: Atomics>(times: u32, counter: Counter, counters: &mut C) {
+    if times != 0 {
+        counters.add(counter as u32, times);
+    }
+}

@@ -1,0 +1,73 @@
+//! Emission that a camera path meets, weighted by MIS: the vertex before could have found it by light sampling, too.
+
+use super::PathContext;
+use super::camera_path::Arrival;
+use crate::interface::NONE;
+use crate::interface::features::Features;
+use crate::interface::light::Light;
+use crate::interface::material::FLAG_EMIT_BOTH_SIDES;
+use crate::interface::ray::Ray;
+use crate::light::area::pdf_solid_angle;
+use crate::light::environment;
+use crate::light::light_sampling::LightCandidates;
+use crate::math::balance_heuristic;
+use spirv_std::glam::Vec3;
+
+/// Whether the side of the surface that a path arrives at emits.
+#[inline(always)]
+pub fn is_emitter(arrival: &Arrival, features: Features) -> bool {
+    let Arrival { vertex, material, .. } = arrival;
+    let emits = vertex.front || material.flags & FLAG_EMIT_BOTH_SIDES != 0;
+    features.has(Features::AREA_LIGHTS) && vertex.light != NONE && emits
+}
+
+/// Emission of a surface times the throughput, weighted against light sampling at the vertex `from`, by a path that left it with a density
+/// of `pdf_scattered` (1/sr; 0 of a delta lobe, which light sampling cannot replace).
+#[inline(always)]
+pub fn surface_emission(
+    arrival: &Arrival,
+    from: Vec3,
+    distance: f32,
+    pdf_scattered: f32,
+    candidates: LightCandidates,
+    context: PathContext<'_>,
+) -> Vec3 {
+    let PathContext { features, scene, .. } = context;
+    let here = &arrival.vertex;
+    let light = scene.lights[here.light as usize];
+    let mut mis_weight = 1.0;
+    if pdf_scattered > 0.0 {
+        let cos = here.to_previous.dot(here.face_normal);
+        let pdf_light_sampling = pdf_solid_angle(&light, scene, features, from, distance * distance, cos)
+            * candidates.gain(&light);
+        mis_weight = balance_heuristic(pdf_scattered, pdf_light_sampling);
+    }
+    arrival.throughput * arrival.material.emission * mis_weight
+}
+
+/// Radiance of the environment along a ray, weighted against light sampling at the vertex that the ray left.
+#[inline(always)]
+pub fn environment_radiance(
+    ray: &Ray,
+    pdf_scattered: f32,
+    candidates: LightCandidates,
+    context: PathContext<'_>,
+) -> Vec3 {
+    let PathContext { params, scene, .. } = context;
+    // The last light, if there is an environment
+    let mut light = Light::default();
+    if params.light_count > 0 {
+        light = scene.lights[(params.light_count - 1) as usize];
+    }
+    let mut radiance = Vec3::ZERO;
+    if light.kind == Features::ENVIRONMENT.0 {
+        let mut mis_weight = 1.0;
+        if pdf_scattered > 0.0 {
+            let pdf_light_sampling =
+                environment::pdf_solid_angle(&light, scene, ray.direction) * candidates.gain(&light);
+            mis_weight = balance_heuristic(pdf_scattered, pdf_light_sampling);
+        }
+        radiance = environment::radiance_from(scene, ray.direction) * mis_weight;
+    }
+    radiance
+}

@@ -1,0 +1,332 @@
+//! The light path: from a light by specular events to the photons that it leaves at every receiver behind them
+//! [Moreau and Doggett 2022, section 3.2]. A photon is stored where the first event of the path was specular, or with
+//! `Caustics::Any` any event before.
+
+use super::PathContext;
+use super::ledger::Ledger;
+use super::photon_sink::PhotonSink;
+use crate::interface::choice::Caustics;
+use crate::interface::counters::Counter;
+use crate::interface::features::Features;
+use crate::interface::frame::FrameParams;
+use crate::interface::material::{FLAGS_SCATTER_TEXTURE, Material};
+use crate::interface::point::{PhotonGeometry, PhotonLight};
+use crate::interface::ray::Ray;
+use crate::light::emit::{EmissionSample, Emit};
+use crate::math::is_finite;
+use crate::math::rng::Rng;
+use crate::platform::Atomics;
+use crate::surface::class::Classes;
+use crate::surface::dispersion::{Channel, is_mixed, needs_channel, part};
+use crate::surface::media::MediaStack;
+use crate::surface::scatter::{BsdfSample, ScatteringVertex};
+use crate::surface::textured::material_at;
+use crate::surface::vertex::{Vertex, vertex};
+use crate::trace::Tracer;
+use crate::trace::initial_media::initial_media_stack;
+use crate::trace::through_media::{TracedSegment, trace_through_media};
+use spirv_std::glam::Vec3;
+
+/// Traces the light path with this index and these random numbers. Returns the state that its sink carried along the path.
+#[inline(always)]
+pub fn trace_light_path<E: Emit, T: Tracer, S: PhotonSink, C: Atomics>(
+    index: u32,
+    mut rng: Rng,
+    context: PathContext<'_>,
+    emit: &E,
+    tracer: &mut T,
+    sink: &mut S,
+    counters: &mut C,
+) -> S::PathState {
+    let PathContext { params, features, scene } = context;
+    // Sample the emission
+    let emission = emit.sample(&mut rng);
+    let mut path_state = S::PathState::default();
+    sink.start(&mut path_state, &emission);
+    let mut path = LightPath::new(index, rng, &emission, context, tracer);
+    while path.vertices <= params.max_bounces {
+        // Trace the segment through the media around it
+        let traced = path.trace_segment(context, tracer);
+        if traced.hit.is_miss() {
+            path.ledger.escape(path.flux);
+            break;
+        }
+        let here = vertex(scene, features, &path.ray, &traced.hit, 0.0);
+        sink.arrive(&mut path_state, &path.ray, &traced.hit, &here);
+        let material = material_at(scene, &here, features);
+        path.absorb(&traced, features);
+        let channel = path.choose_channel(&here, &material, context);
+        let lobes = path.lobes(params);
+        let scattering = path.scattering(here, material, channel, lobes, context);
+
+        // Store a photon where a caustic meets a receiver
+        if path.leaves_photon(&scattering, &material, features) {
+            path.photons += 1;
+            sink.store_photon(
+                &mut path_state,
+                path.photon_geometry(&here),
+                path.photon_light(&here, &emission),
+            );
+        }
+        if path.ends_at(&scattering, lobes, params) {
+            break;
+        }
+
+        // Scatter; end by Russian roulette where flux is lost to diffuse absorption
+        path.ledger.arrive(&scattering, lobes, path.flux);
+        let u = path.rng.next4();
+        let scattered = scattering.sample(u);
+        if !path.scatter(&scattering, &scattered, u.w, params) {
+            break;
+        }
+        sink.scatter(&mut path_state, &scattered, path.flux);
+    }
+    path.count(index, params, counters);
+    path_state
+}
+
+/// State of a light path that outlives a vertex.
+pub struct LightPath {
+    rng: Rng,
+    ray: Ray,
+    media: MediaStack,
+    /// Flux that the ray carries (W).
+    flux: Vec3,
+    /// Number of the vertex that the ray finds, from 1: `vertices - 1` scatterings lie before it, and one is left for the camera path.
+    vertices: u32,
+    /// Whether a specular event makes the light that the ray carries a caustic.
+    is_caustic: bool,
+    ledger: Ledger,
+    rays: u32,
+    photons: u32,
+    /// 1 where the path was cut by its length.
+    cut: u32,
+    media_overflows: u32,
+    unexpected_faces: u32,
+}
+
+impl LightPath {
+    /// A path that leaves its light. One without flux finds no vertex.
+    #[inline(always)]
+    fn new<T: Tracer>(
+        index: u32,
+        rng: Rng,
+        emission: &EmissionSample,
+        context: PathContext<'_>,
+        tracer: &mut T,
+    ) -> LightPath {
+        let PathContext { params, features, scene } = context;
+        let flux = emission.flux / params.light_path_count as f32;
+        let mut media = MediaStack::VACUUM;
+        if features.has(Features::STARTS_IN_MEDIUM) {
+            media = initial_media_stack(emission.ray.origin, features, scene, tracer);
+        }
+        let mut ledger = Ledger::new(params, index, features);
+        ledger.emit(flux);
+        LightPath {
+            rng,
+            ray: emission.ray,
+            media,
+            flux,
+            vertices: if flux.element_sum() > 0.0 { 1 } else { params.max_bounces + 1 },
+            is_caustic: false,
+            ledger,
+            rays: 0,
+            photons: 0,
+            cut: 0,
+            media_overflows: 0,
+            unexpected_faces: 0,
+        }
+    }
+
+    /// Traces a segment through the media around it, up to the first surface that no medium covers.
+    #[inline(always)]
+    fn trace_segment<T: Tracer>(&mut self, context: PathContext<'_>, tracer: &mut T) -> TracedSegment {
+        let PathContext { features, scene, .. } = context;
+        self.rays += 1;
+        if features.has(Features::BLENDS) {
+            self.ray.key = self.rng.ray_key(0);
+        }
+        let traced = trace_through_media(&self.ray, self.media, features, scene, tracer);
+        self.media = traced.media;
+        self.media_overflows += traced.overflows;
+        self.unexpected_faces += traced.unexpected;
+        traced
+    }
+
+    /// Loses flux to the media of a segment.
+    #[inline(always)]
+    fn absorb(&mut self, traced: &TracedSegment, features: Features) {
+        if features.has(Features::ABSORPTION) {
+            let before = self.flux;
+            self.flux *= traced.transmittance;
+            self.ledger.pass(before, self.flux);
+        }
+    }
+
+    /// Chooses the one channel that goes on where a medium disperses.
+    #[inline(always)]
+    fn choose_channel(&mut self, here: &Vertex, material: &Material, context: PathContext<'_>) -> Channel {
+        let mut channel = Channel::GREEN;
+        if needs_channel(here, material, context.scene.materials, self.media, context.features) {
+            let u = if is_mixed(self.flux) { self.rng.next4().x } else { 0.0 };
+            (channel, self.flux) = part(self.flux, u);
+        }
+        channel
+    }
+
+    /// Lobes that the path follows: at its first vertex the specular ones, unless every later specular event makes a caustic, too.
+    #[inline(always)]
+    fn lobes(&self, params: &FrameParams) -> Classes {
+        let mut lobes = Classes::ALL;
+        if self.vertices == 1 && params.caustics != Caustics::Any as u32 {
+            lobes = Classes::SPECULAR;
+        }
+        lobes
+    }
+
+    /// The BSDF of a vertex, and the media on both of its sides.
+    #[inline(always)]
+    fn scattering(
+        &self,
+        here: Vertex,
+        material: Material,
+        channel: Channel,
+        lobes: Classes,
+        context: PathContext<'_>,
+    ) -> ScatteringVertex {
+        ScatteringVertex::new(
+            here,
+            material,
+            context.scene.materials,
+            self.media,
+            self.flux,
+            channel,
+            lobes,
+            false,
+            context.params.specular_roughness,
+            context.features,
+        )
+    }
+
+    /// Whether a photon is stored: collection points see textures at a coarser level, by which a surface may receive that does not here.
+    #[inline(always)]
+    fn leaves_photon(&self, scattering: &ScatteringVertex, material: &Material, features: Features) -> bool {
+        let textured = features.has(Features::TEXTURES | Features::NORMAL_MAPS)
+            && material.flags & FLAGS_SCATTER_TEXTURE != 0;
+        let receives = textured || scattering.bsdf.receives();
+        self.is_caustic && receives && cos_arriving(&scattering.vertex) > 0.0
+    }
+
+    /// Where the photon is.
+    #[inline(always)]
+    fn photon_geometry(&self, here: &Vertex) -> PhotonGeometry {
+        PhotonGeometry {
+            position: here.position,
+            scatterings: self.vertices - 1,
+            normal: here.face_normal,
+            instance: here.instance,
+        }
+    }
+
+    /// The light of the photon: flux over cosine, so that density estimation needs no cosine of the face normal.
+    #[inline(always)]
+    fn photon_light(&self, here: &Vertex, emission: &EmissionSample) -> PhotonLight {
+        PhotonLight {
+            to_light: here.to_previous,
+            texel: emission.texel,
+            flux: self.flux / cos_arriving(here),
+            score: emission.score,
+        }
+    }
+
+    /// Whether the path ends here, as nothing scatters or as it is too long.
+    #[inline(always)]
+    fn ends_at(&mut self, scattering: &ScatteringVertex, lobes: Classes, params: &FrameParams) -> bool {
+        let scatters = scattering.bsdf.scatters();
+        if !scatters {
+            self.ledger.arrive(scattering, lobes, self.flux);
+        } else if self.vertices == params.max_bounces {
+            self.ledger.cut(self.flux);
+            self.cut = 1;
+        }
+        !scatters || self.vertices == params.max_bounces
+    }
+
+    /// Leaves a vertex: flux times f cos / pdf, corrected for shading normals, then Russian roulette. Returns whether the path goes on.
+    #[inline(always)]
+    pub fn scatter(
+        &mut self,
+        scattering: &ScatteringVertex,
+        scattered: &BsdfSample,
+        u: f32,
+        params: &FrameParams,
+    ) -> bool {
+        let sampled = &scattered.sampled;
+        let arriving = self.flux;
+        self.flux *= sampled.weight * shading_normal_correction(scattering, scattered);
+        self.ledger.leave(scattered, arriving, self.flux);
+        let mut survives = true;
+        if sampled.class == Classes::SPECULAR {
+            self.is_caustic = true;
+        } else if !self.is_caustic && self.vertices + 1 == params.max_bounces {
+            // Too late for a caustic: a specular event at the last vertex would leave no photon
+            self.ledger.cut(self.flux);
+            self.cut = 1;
+            survives = false;
+        }
+        if survives && sampled.class == Classes::NON_SPECULAR {
+            let survival = sampled.weight.max_element().min(1.0);
+            survives = u < survival;
+            if survives {
+                self.flux /= survival;
+            }
+        }
+        let carried = self.flux.element_sum();
+        survives = survives && is_finite(carried) && carried > 0.0;
+        if survives {
+            self.media_overflows += u32::from(scattered.media_overflow);
+            self.media = scattered.media;
+            self.ray = scattered.ray;
+            self.vertices += 1;
+        }
+        survives
+    }
+
+    /// Counts what happened on the path.
+    #[inline(always)]
+    fn count<C: Atomics>(self, index: u32, params: &FrameParams, counters: &mut C) {
+        self.ledger.close(index, params.inverse_quantum(), counters);
+        counters.add(Counter::LightPaths as u32, 1);
+        counters.add(Counter::LightRays as u32, self.rays);
+        add_rare(Counter::Photons, self.photons, counters);
+        add_rare(Counter::Cut, self.cut, counters);
+        add_rare(Counter::MediaOverflow, self.media_overflows, counters);
+        add_rare(Counter::UnexpectedFaces, self.unexpected_faces, counters);
+    }
+}
+
+/// Counts what most paths have none of.
+#[inline(always)]
+fn add_rare<C: Atomics>(counter: Counter, count: u32, counters: &mut C) {
+    if count != 0 {
+        counters.add(counter as u32, count);
+    }
+}
+
+/// Cosine between the face normal and the direction that light arrives from.
+#[inline(always)]
+fn cos_arriving(here: &Vertex) -> f32 {
+    here.to_previous.dot(here.face_normal)
+}
+
+/// Correction of flux where the shading normal is not the face's [Veach 1997, 5.3]:
+/// |arriving . n_s| |leaving . n_g| / (|arriving . n_g| |leaving . n_s|).
+#[inline(always)]
+fn shading_normal_correction(scattering: &ScatteringVertex, scattered: &BsdfSample) -> f32 {
+    let vertex = &scattering.vertex;
+    let direction: Vec3 = scattered.ray.direction;
+    let shading = vertex.to_previous.dot(vertex.shading_normal) * direction.dot(vertex.face_normal);
+    let geometric = vertex.to_previous.dot(vertex.face_normal) * direction.dot(vertex.shading_normal);
+    if geometric == 0.0 { 0.0 } else { (shading / geometric).abs() }
+}

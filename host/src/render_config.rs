@@ -241,6 +241,10 @@ impl RenderConfig {
             unreachable!("a struct is an object in JSON");
         };
         settings.remove("exposure");
+        // The standard of EXR has an attribute `tiles`.
+        if let Some(tiles) = settings.remove("tiles") {
+            settings.insert("tile_count".into(), tiles);
+        }
         let text = |value| match value {
             Value::Null => "default".into(),
             Value::String(text) => text,
@@ -377,13 +381,12 @@ mod tests {
 
     #[test]
     fn light_paths_are_one_run_however_their_number_is_given() {
-        let of = |light_paths| RenderConfig { width: 96, height: 54, light_paths, ..Default::default() };
-        assert_eq!(of(Paths::PerPixel(1.0)).run_identity(), of(Paths::Count(96 * 54)).run_identity());
-        assert_ne!(of(Paths::PerPixel(2.0)).run_identity(), of(Paths::Count(96 * 54)).run_identity());
-        assert_ne!(
-            of(Paths::Auto).run_identity(),
-            of(Paths::Count(of(Paths::Auto).max_light_paths())).run_identity()
-        );
+        let config = |light_paths| RenderConfig { width: 96, height: 54, light_paths, ..Default::default() };
+        let identity = |light_paths| config(light_paths).run_identity();
+        assert_eq!(identity(Paths::PerPixel(1.0)), identity(Paths::Count(96 * 54)));
+        assert_ne!(identity(Paths::PerPixel(2.0)), identity(Paths::Count(96 * 54)));
+        let most = config(Paths::Auto).max_light_paths();
+        assert_ne!(identity(Paths::Auto), identity(Paths::Count(most)));
     }
 
     /// Results of sweeps and references that were kept before are known by this text.

@@ -9,7 +9,7 @@
 //! | emission by MIS | [`emission::surface_emission`], [`emission::environment_radiance`] |
 //! | light sampling (NEE) by MIS, shadow rays | [`direct_light::choose_light_samples`], [`direct_light::trace_shadow_rays`] |
 //! | end of the prefix, collection point | [`prefix::collection_point`] |
-//! | Russian roulette | [`camera_path::CameraPath::roulette`], [`light_path::LightPath::scatter`] |
+//! | Russian roulette | [`camera_path::CameraPath::roulette`], [`light_path::survival_probability`] |
 //! | photon stored | [`photon_sink::PhotonSink::store_photon`] |
 //! | contribution of a photon to a collection point | [`Receiver::contribution`](crate::gather::contribution::Receiver::contribution) |
 //! | memory and registers of a GPU | [`scratch`] |

@@ -68,17 +68,36 @@ pub fn trace_light_path<E: Emit, T: Tracer, S: PhotonSink, C: Atomics>(
                 path.photon_light(&here, &emission),
             );
         }
-        if path.ends_at(&scattering, lobes, params) {
+        if !scattering.bsdf.scatters() {
+            path.ledger.arrive(&scattering, lobes, path.flux);
+            break;
+        }
+        if path.vertices == params.max_bounces {
+            path.cut();
             break;
         }
 
-        // Scatter; end by Russian roulette where flux is lost to diffuse absorption
+        // Scatter
         path.ledger.arrive(&scattering, lobes, path.flux);
         let u = path.rng.next4();
         let scattered = scattering.sample(u);
-        if !path.scatter(&scattering, &scattered, u.w, params) {
+        path.scatter(&scattering, &scattered);
+        if path.is_too_late_for_a_caustic(&scattered, params) {
+            path.cut();
             break;
         }
+
+        // End by Russian roulette where flux is lost to diffuse absorption
+        let survival = survival_probability(&scattered);
+        if u.w >= survival {
+            break;
+        }
+        path.flux /= survival;
+        let carried = path.flux.element_sum();
+        if !is_finite(carried) || carried <= 0.0 {
+            break;
+        }
+        path.leave(&scattered);
         sink.scatter(&mut path_state, &scattered, path.flux);
     }
     path.count(index, params, counters);
@@ -240,57 +259,39 @@ impl LightPath {
         }
     }
 
-    /// Whether the path ends here, as nothing scatters or as it is too long.
+    /// Multiplies the flux by f cos / pdf, corrected for shading normals. A specular event makes a caustic.
     #[inline(always)]
-    fn ends_at(&mut self, scattering: &ScatteringVertex, lobes: Classes, params: &FrameParams) -> bool {
-        let scatters = scattering.bsdf.scatters();
-        if !scatters {
-            self.ledger.arrive(scattering, lobes, self.flux);
-        } else if self.vertices == params.max_bounces {
-            self.ledger.cut(self.flux);
-            self.cut = 1;
+    pub fn scatter(&mut self, scattering: &ScatteringVertex, scattered: &BsdfSample) {
+        let arriving = self.flux;
+        self.flux *= scattered.sampled.weight * shading_normal_correction(scattering, scattered);
+        self.ledger.leave(scattered, arriving, self.flux);
+        if scattered.sampled.class == Classes::SPECULAR {
+            self.is_caustic = true;
         }
-        !scatters || self.vertices == params.max_bounces
     }
 
-    /// Leaves a vertex: flux times f cos / pdf, corrected for shading normals, then Russian roulette. Returns whether the path goes on.
+    /// Whether no later photon can be one of a caustic: a specular event at the last vertex would leave none.
     #[inline(always)]
-    pub fn scatter(
-        &mut self,
-        scattering: &ScatteringVertex,
-        scattered: &BsdfSample,
-        u: f32,
-        params: &FrameParams,
-    ) -> bool {
-        let sampled = &scattered.sampled;
-        let arriving = self.flux;
-        self.flux *= sampled.weight * shading_normal_correction(scattering, scattered);
-        self.ledger.leave(scattered, arriving, self.flux);
-        let mut survives = true;
-        if sampled.class == Classes::SPECULAR {
-            self.is_caustic = true;
-        } else if !self.is_caustic && self.vertices + 1 == params.max_bounces {
-            // Too late for a caustic: a specular event at the last vertex would leave no photon
-            self.ledger.cut(self.flux);
-            self.cut = 1;
-            survives = false;
-        }
-        if survives && sampled.class == Classes::NON_SPECULAR {
-            let survival = sampled.weight.max_element().min(1.0);
-            survives = u < survival;
-            if survives {
-                self.flux /= survival;
-            }
-        }
-        let carried = self.flux.element_sum();
-        survives = survives && is_finite(carried) && carried > 0.0;
-        if survives {
-            self.media_overflows += u32::from(scattered.media_overflow);
-            self.media = scattered.media;
-            self.ray = scattered.ray;
-            self.vertices += 1;
-        }
-        survives
+    fn is_too_late_for_a_caustic(&self, scattered: &BsdfSample, params: &FrameParams) -> bool {
+        scattered.sampled.class != Classes::SPECULAR
+            && !self.is_caustic
+            && self.vertices + 1 == params.max_bounces
+    }
+
+    /// Cuts the path by its length.
+    #[inline(always)]
+    fn cut(&mut self) {
+        self.ledger.cut(self.flux);
+        self.cut = 1;
+    }
+
+    /// Leaves the vertex.
+    #[inline(always)]
+    fn leave(&mut self, scattered: &BsdfSample) {
+        self.media_overflows += u32::from(scattered.media_overflow);
+        self.media = scattered.media;
+        self.ray = scattered.ray;
+        self.vertices += 1;
     }
 
     /// Counts what happened on the path.
@@ -312,6 +313,16 @@ fn add_rare<C: Atomics>(counter: Counter, count: u32, counters: &mut C) {
     if count != 0 {
         counters.add(counter as u32, count);
     }
+}
+
+/// Probability that a path survives a scattering: the share of the flux that a non-specular lobe leaves, 1 at specular ones.
+#[inline(always)]
+pub fn survival_probability(scattered: &BsdfSample) -> f32 {
+    let mut survival = 1.0;
+    if scattered.sampled.class == Classes::NON_SPECULAR {
+        survival = scattered.sampled.weight.max_element().min(1.0);
+    }
+    survival
 }
 
 /// Cosine between the face normal and the direction that light arrives from.

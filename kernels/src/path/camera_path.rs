@@ -10,10 +10,10 @@ pub use state::CameraPath;
 
 use super::PathContext;
 use super::camera_ray::CameraPathStart;
-use super::direct_light::{choose_light_samples, trace_shadow_rays};
+use super::direct_light::trace_shadow_rays;
 use super::observer::PathObserver;
 use super::prefix::scatter_prefix;
-use super::scratch::light_samples::{self, LightSamples};
+use super::scratch::light_samples;
 use super::scratch::{self, PathScratch, Sum};
 use crate::interface::choice::Caustics;
 use crate::interface::features::Features;
@@ -115,28 +115,9 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
             observer.arrive(&segment.ray, &traced.hit, &arrival.vertex, arrival.throughput);
             path.add_emission(&segment, &arrival, traced.hit.distance, context, &mut scratch);
             if path.depth <= context.params.max_bounces {
-                // Sample the lights, then weigh the samples by the BSDF
-                let lobes = path.lobes();
-                let channel = path.choose_channel(&mut arrival, context);
-                let numbers = path.sample_numbers(&arrival, context);
-                let position = arrival.vertex.position;
-                let mut samples = LightSamples::new(
-                    numbers.count,
-                    |id| numbers.sample(id, position, context),
-                    sample_words,
-                );
-                let scattering = path.scattering(&arrival, channel, lobes, context);
-                path.begin_direct_light(context, &mut scratch);
-                let shadow_rays = choose_light_samples(
-                    &scattering,
-                    arrival.throughput,
-                    &numbers,
-                    &mut samples,
-                    lobes.finds,
-                    &path.rng,
-                    context.features,
-                    &mut scratch,
-                );
+                // Sample the lights by MIS; their shadow rays wait
+                let (scattering, shadow_rays) =
+                    path.sample_lights(&mut arrival, context, sample_words, &mut scratch);
 
                 // Scatter; the first non-specular event ends the prefix at the collection point
                 let (was_prefix, was_delta_prefix) = (path.in_prefix, path.in_delta_prefix);

@@ -10,10 +10,11 @@ use crate::math::rng::Rng;
 use crate::math::sampler::next4;
 use crate::path::PathContext;
 use crate::path::camera_ray::CameraPathStart;
-use crate::path::direct_light::LightNumbers;
+use crate::path::direct_light::{LightNumbers, choose_light_samples};
 use crate::path::emission::{environment_radiance, is_emitter, surface_emission};
 use crate::path::observer::PathObserver;
 use crate::path::prefix::{advance_prefix, collection_point};
+use crate::path::scratch::light_samples::{self, LightSamples};
 use crate::path::scratch::{PathScratch, Sum};
 use crate::platform::Atomics;
 use crate::surface::class::Classes;
@@ -157,7 +158,7 @@ impl CameraPath {
 
     /// Lobes by which the path goes on and finds lights: all in the prefix, those of the suffix behind it.
     #[inline(always)]
-    pub fn lobes(&self) -> CameraSuffix {
+    fn lobes(&self) -> CameraSuffix {
         let mut lobes = CameraSuffix::ALL;
         if !self.in_prefix {
             lobes = self.suffix;
@@ -167,7 +168,7 @@ impl CameraPath {
 
     /// Chooses the one channel that goes on where a medium disperses.
     #[inline(always)]
-    pub fn choose_channel(&mut self, arrival: &mut Arrival, context: PathContext<'_>) -> Channel {
+    fn choose_channel(&mut self, arrival: &mut Arrival, context: PathContext<'_>) -> Channel {
         let mut channel = Channel::GREEN;
         let materials = context.scene.materials;
         if needs_channel(&arrival.vertex, &arrival.material, materials, arrival.media, context.features) {
@@ -180,7 +181,7 @@ impl CameraPath {
 
     /// Random numbers of the light samples of a vertex, and how many there are.
     #[inline(always)]
-    pub fn sample_numbers(&mut self, arrival: &Arrival, context: PathContext<'_>) -> LightNumbers {
+    fn sample_numbers(&mut self, arrival: &Arrival, context: PathContext<'_>) -> LightNumbers {
         let sequence = &context.params.sequence;
         let candidates = candidates(self.in_prefix, context);
         let u = next4(&mut self.rng, sequence);
@@ -197,7 +198,7 @@ impl CameraPath {
 
     /// The BSDF of a vertex, and the media on both of its sides.
     #[inline(always)]
-    pub fn scattering(
+    fn scattering(
         &self,
         arrival: &Arrival,
         channel: Channel,
@@ -218,13 +219,39 @@ impl CameraPath {
         )
     }
 
-    /// Sets the parts of the light aside that a collection point here would not reflect.
+    /// Samples positions on lights, makes the BSDF of the vertex, and weighs the samples by it. Returns the BSDF and the number of shadow
+    /// rays in the scratch.
     #[inline(always)]
-    pub fn begin_direct_light(&self, context: PathContext<'_>, scratch: &mut PathScratch<'_>) {
+    pub fn sample_lights(
+        &mut self,
+        arrival: &mut Arrival,
+        context: PathContext<'_>,
+        sample_words: &mut [u32; light_samples::ROOM],
+        scratch: &mut PathScratch<'_>,
+    ) -> (ScatteringVertex, u32) {
+        let lobes = self.lobes();
+        let channel = self.choose_channel(arrival, context);
+        let numbers = self.sample_numbers(arrival, context);
+        let position = arrival.vertex.position;
+        let sample = |id| numbers.sample(id, position, context);
+        let mut samples = LightSamples::new(numbers.count, sample, sample_words);
+        let scattering = self.scattering(arrival, channel, lobes, context);
         if context.features.has(Features::PARTS) && self.in_prefix {
+            // A collection point here reflects nothing that was found before
             scratch.set(Sum::Prefix, scratch.sum(Sum::Radiance));
             scratch.set(Sum::Direct, Vec3::ZERO);
         }
+        let shadow_rays = choose_light_samples(
+            &scattering,
+            arrival.throughput,
+            &numbers,
+            &mut samples,
+            lobes.finds,
+            &self.rng,
+            context.features,
+            scratch,
+        );
+        (scattering, shadow_rays)
     }
 
     /// Ends the prefix where the first non-specular lobe was sampled, and makes the collection point there.

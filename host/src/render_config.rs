@@ -233,14 +233,13 @@ impl RenderConfig {
     /// Every setting by its name, but the exposure, which touches no sum: what tells one run from another. Light paths a pixel are
     /// a number of them.
     pub fn run_identity(&self) -> BTreeMap<String, String> {
-        let light_paths = match self.light_paths {
-            Paths::PerPixel(_) => Paths::Count(self.max_light_paths()),
-            paths => paths,
-        };
-        let Value::Object(mut settings) = json!(RenderConfig { light_paths, ..self.clone() }) else {
+        let Value::Object(mut settings) = json!(self) else {
             unreachable!("a struct is an object in JSON");
         };
         settings.remove("exposure");
+        if let Paths::Count(_) | Paths::PerPixel(_) = self.light_paths {
+            settings.insert("light_paths".into(), self.max_light_paths().into());
+        }
         // The standard of EXR has an attribute `tiles`.
         if let Some(tiles) = settings.remove("tiles") {
             settings.insert("tile_count".into(), tiles);

@@ -7,15 +7,18 @@ use glam::Vec3;
 use gltf::json::{Index, Root};
 use serde_json::Value;
 
-use super::atlas::Atlas;
-use super::extension::Compressed;
+use super::checked_json::missing_extension::{Lack, without};
+use super::checked_json::{shape, translate, unsupported, version};
+use super::decoding::atlas::Atlas;
+use super::document::extension::Compressed;
 use super::options::LoadOptions;
-use super::required::{Lack, without};
 use super::warning::Warnings;
-use super::{buffer, extension, shape, translate, unsupported, version};
 use crate::texture::Image;
 use crate::{Radiance, SceneError};
 use caustics_files::memory::{Budget, Short, json_tree_bytes};
+
+pub mod buffer;
+pub mod extension;
 
 /// A parsed document with its buffers and what it asks for in vain.
 pub struct Document {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::{buffer, document};
+use super::document::{self, buffer};
 use caustics_files::file::read_file;
 
 /// The document, and the files of its buffers, its images and its environment. Of what cannot be read nothing is said: loading it will.

@@ -12,9 +12,11 @@ use gltf::json::{self, Index};
 use serde_json::{Value, json};
 
 use super::atlas::{Atlas, BAKED};
-use super::document::Document;
-use super::{accessor, mesh, unsupported};
 use crate::SceneError;
+use crate::gltf::accessor;
+use crate::gltf::checked_json::unsupported;
+use crate::gltf::document::Document;
+use crate::gltf::scene_builder::mesh;
 
 /// Texels of such images at most, all together.
 const MAX_TEXELS: u64 = 1 << 25;

@@ -3,10 +3,10 @@
 
 use serde_json::Value;
 
-use super::options::LoadOptions;
 use super::unsupported;
-use super::warning::Warnings;
 use crate::SceneError;
+use crate::gltf::options::LoadOptions;
+use crate::gltf::warning::Warnings;
 use caustics_files::text::cut;
 
 /// A required extension that is not supported: the first of a file.

@@ -4,10 +4,10 @@ use glam::{DQuat, DVec3};
 use gltf::json::Index;
 use gltf::json::accessor::Accessor;
 
-use super::accessor;
-use super::document::Document;
 use crate::SceneError;
 use crate::animation::Local;
+use crate::gltf::accessor;
+use crate::gltf::document::Document;
 
 /// Memory that an instance takes until its triangles are made (bytes): its transform and its name.
 const INSTANCE_BYTES: u64 = 1024;

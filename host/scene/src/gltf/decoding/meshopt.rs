@@ -7,9 +7,9 @@ use gltf::json::Index;
 use gltf::json::validation::USize64;
 use serde_json::Value;
 
-use super::document::Document;
-use super::extension::compression;
 use crate::SceneError;
+use crate::gltf::document::Document;
+use crate::gltf::document::extension::compression;
 
 mod attributes;
 mod filter;

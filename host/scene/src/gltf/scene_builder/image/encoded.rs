@@ -8,8 +8,7 @@ use image::{ImageFormat, ImageReader, ImageResult, Limits};
 use serde_json::Value;
 
 use super::basis;
-use crate::gltf::buffer;
-use crate::gltf::document::Document;
+use crate::gltf::document::{Document, buffer};
 use crate::texture::{Image, MAX_SIDE};
 use caustics_files::caught::decoded;
 

@@ -1,8 +1,8 @@
 //! The environment that a scene's extras ask for: `{ "uri": "sky.hdr" }` or `{ "color": [r, g, b] }`, with `rotation` (degrees) and
 //! `scale`. Without them, that of EXT_lights_image_based.
 
-use super::document::{Document, radiance};
-use super::{buffer, image_based};
+use super::image_based;
+use crate::gltf::document::{Document, buffer, radiance};
 use crate::{EnvironmentMap, SceneError};
 
 /// The environment of the default scene, if it asks for one.

@@ -6,13 +6,14 @@ use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::atlas::Atlas;
-use super::document::Document;
 use super::node::WorldMesh;
 use super::texture::Mapping;
-use super::{accessor, unsupported};
 use crate::SceneError;
 use crate::corner::{Corner, placed, turned};
+use crate::gltf::accessor;
+use crate::gltf::checked_json::unsupported;
+use crate::gltf::decoding::atlas::Atlas;
+use crate::gltf::document::Document;
 
 /// The triangles of one primitive.
 pub struct MeshPrimitive {

@@ -4,7 +4,7 @@
 use serde_json::{Value, json};
 
 use super::element::{elements, take_extension};
-use crate::gltf::unsupported::label;
+use crate::gltf::checked_json::unsupported::label;
 use crate::gltf::warning::Warnings;
 
 /// Makes unlit materials diffuse ones of their base colour.

@@ -2,9 +2,9 @@
 
 use serde_json::Value;
 
-use super::options::LoadOptions;
-use super::warning::Warnings;
 use crate::SceneError;
+use crate::gltf::options::LoadOptions;
+use crate::gltf::warning::Warnings;
 use caustics_files::text::cut;
 
 /// Refuses what is no glTF 2; of a document that asks for a later reader, all that is known is read.

@@ -5,14 +5,15 @@ use gltf::json::Index;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 
-use super::document::Document;
 use super::mesh::{self, Surface};
 use super::node::{WorldMesh, WorldNodes};
 use super::texture::Mapping;
-use super::{accessor, unsupported};
 use crate::SceneError;
 use crate::corner::Corner;
 use crate::deformation::{Deformation, Delta, MAX_PULLS, Pull};
+use crate::gltf::accessor;
+use crate::gltf::checked_json::unsupported;
+use crate::gltf::document::Document;
 
 /// Memory of a vertex with its joints, and of what a target adds to one (bytes).
 const VERTEX_BYTES: u64 = (size_of::<Corner>() + size_of::<Pull>() + 64) as u64;

@@ -8,9 +8,9 @@ use std::f64::consts::{PI, TAU};
 use glam::{DQuat, DVec2, DVec3, Vec3};
 use serde_json::Value;
 
-use super::document::Document;
-use super::extension::IMAGE_BASED as OWNER;
 use super::image;
+use crate::gltf::document::Document;
+use crate::gltf::document::extension::IMAGE_BASED as OWNER;
 use crate::texture::{Image, srgb};
 use crate::{EnvironmentMap, SceneError};
 

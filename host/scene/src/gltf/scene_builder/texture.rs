@@ -7,10 +7,11 @@ use caustics_kernels::interface::texture::{MaterialTextures, WRAP_CLAMP, WRAP_MI
 use glam::Vec2;
 use serde_json::Value;
 
-use super::atlas::BAKED;
-use super::document::Document;
-use super::{image, unsupported};
+use super::image;
 use crate::SceneError;
+use crate::gltf::checked_json::unsupported;
+use crate::gltf::decoding::atlas::BAKED;
+use crate::gltf::document::Document;
 use crate::texture::{self, Image, ImageTexture, Role, TextureParts};
 
 /// What is rendered where a texture is missing.

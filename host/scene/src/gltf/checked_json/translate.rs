@@ -4,10 +4,10 @@ use serde_json::Value;
 
 use self::element::elements;
 use self::specular_glossiness::SOURCE;
-use super::atlas::BAKED;
-use super::options::LoadOptions;
-use super::warning::Warnings;
 use crate::SceneError;
+use crate::gltf::decoding::atlas::BAKED;
+use crate::gltf::options::LoadOptions;
+use crate::gltf::warning::Warnings;
 
 mod cameras;
 mod clearcoat;

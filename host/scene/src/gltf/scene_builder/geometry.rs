@@ -7,13 +7,13 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::deformation::{self, DeformedMesh};
-use super::document::Document;
 use super::node::{WorldMesh, WorldNodes};
 use super::sharing::Sharing;
 use super::texture::Mapping;
 use super::{huge, mesh};
 use crate::animation::Nodes;
 use crate::corner::Corner;
+use crate::gltf::document::Document;
 use crate::instanced::{Instanced, MeshInstance, Stand};
 use crate::mesh::{Mesh, coordinates};
 use crate::texture::CornerCoordinates;

@@ -6,10 +6,10 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use super::document::Document;
 use super::mesh::{self, Extent};
 use super::node::WorldMesh;
 use crate::SceneError;
+use crate::gltf::document::Document;
 
 /// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
 const MAX_TRIANGLES: u64 = 1 << 28;
@@ -17,7 +17,7 @@ const MAX_TRIANGLES: u64 = 1 << 28;
 const MAX_VERTICES: u64 = 1 << 31;
 /// Memory that a triangle takes while its scene is read, at most (bytes). Measured as the growth of the peak of `scene info`
 /// with triangles: 711 of plain ones, 806 to 832 with texture coordinates and tangents.
-pub(super) const TRIANGLE_BYTES: u64 = 850;
+pub const TRIANGLE_BYTES: u64 = 850;
 /// Memory that a vertex of a primitive takes until its triangles are made (bytes). Measured the same way with vertices that one
 /// triangle refers to: 104 of plain ones, 128 with texture coordinates and tangents.
 const VERTEX_BYTES: u64 = 130;

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::warning::Warnings;
+use crate::gltf::warning::Warnings;
 use caustics_files::text::cut;
 
 /// Characters of a name in messages at most.

@@ -12,10 +12,11 @@ use gltf::json::mesh::{Mode, Semantic};
 use gltf::json::validation::{Checked, USize64};
 use serde_json::Value;
 
-use super::document::Document;
-use super::extension::Compressed;
-use super::{accessor, buffer, unsupported};
 use crate::SceneError;
+use crate::gltf::accessor;
+use crate::gltf::checked_json::unsupported;
+use crate::gltf::document::extension::Compressed;
+use crate::gltf::document::{Document, buffer};
 use caustics_files::caught::caught;
 
 /// Memory that decoding a triangle takes for a while (bytes): corner tables and what is predicted from them.

@@ -8,10 +8,11 @@ use gltf::json::extensions::scene::khr_lights_punctual::Light;
 use gltf::json::scene::Node as JsonNode;
 use gltf::json::{Index, Mesh};
 
-use super::document::Document;
-use super::{animation, instancing, unsupported};
+use super::{animation, instancing};
 use crate::animation::{Channel, Local, Morph, Node, NodeTree, Nodes, OfFile, Path, is_singular};
 use crate::file_nodes::no_node;
+use crate::gltf::checked_json::unsupported;
+use crate::gltf::document::Document;
 use crate::motion::OnNode;
 use crate::{LightShape, PunctualLight, SceneCamera, SceneError};
 

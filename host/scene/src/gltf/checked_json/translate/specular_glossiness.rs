@@ -9,7 +9,7 @@ use glam::Vec3;
 use serde_json::{Value, json};
 
 use super::element::{elements, take_extension};
-use crate::gltf::unsupported::label;
+use crate::gltf::checked_json::unsupported::label;
 use crate::gltf::warning::Warnings;
 
 /// Member of an image that is made of others.

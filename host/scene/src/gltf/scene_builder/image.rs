@@ -2,9 +2,9 @@
 
 use serde_json::Value;
 
-use super::atlas::BAKED;
-use super::document::Document;
-use super::translate::specular_glossiness::SOURCE;
+use crate::gltf::checked_json::translate::specular_glossiness::SOURCE;
+use crate::gltf::decoding::atlas::BAKED;
+use crate::gltf::document::Document;
 use crate::texture::Image;
 
 mod basis;

@@ -6,10 +6,11 @@ use glam::{DVec4, Vec3};
 use gltf::json::Index;
 use serde_json::Value;
 
-use super::document::Document;
-use super::{accessor, unsupported};
 use crate::SceneError;
 use crate::animation::{Channel, Interpolation, Path};
+use crate::gltf::accessor;
+use crate::gltf::checked_json::unsupported;
+use crate::gltf::document::Document;
 use caustics_files::text::cut;
 
 /// Channels by node of the animation that was asked for, else of all together; damaged ones are left out, with a warning.

@@ -7,9 +7,9 @@ use glam::Vec3;
 use gltf::json;
 use serde_json::Value;
 
-use super::document::Document;
-use super::unsupported;
 use crate::SceneError;
+use crate::gltf::checked_json::unsupported;
+use crate::gltf::document::Document;
 use crate::texture::TextureParts;
 
 /// Largest radiance and absorption that is rendered (W m^-2 sr^-1, 1/m).

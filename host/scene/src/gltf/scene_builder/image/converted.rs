@@ -4,8 +4,8 @@ use glam::Vec3;
 use serde_json::Value;
 
 use super::encoded;
+use crate::gltf::checked_json::translate::specular_glossiness::{Converted, Factors, convert};
 use crate::gltf::document::Document;
-use crate::gltf::translate::specular_glossiness::{Converted, Factors, convert};
 use crate::texture::{Image, srgb};
 
 /// The larger of both images' sides.

@@ -1,11 +1,24 @@
 //! Reads glTF 2.0 (.gltf, .glb) into [`SceneParts`](super::SceneParts). Imports the crate gltf's document types.
 //!
-//! The document is walked by checked look-ups only: whatever a file holds, it gives a scene or an error. Photometric
-//! values are taken as radiometric ones, number for number.
+//! An import has four stages. Each takes the result of the one before, and gives its own or an error:
+//!
+//! 1. [`Container`]: a file is split into its JSON and its binary chunk.
+//! 2. [`CheckedJson`]: the JSON is parsed ([`json`]), its version and types are checked, extensions are translated.
+//!    [`Document`]: its members get types, its buffers are loaded.
+//! 3. [`Model`]: the passes of a list decode meshopt, Draco and vertex colours. Nothing changes the document any more.
+//! 4. [`scene_builder`]: the node tree is walked, sharing is planned, images are decoded, meshes and materials are read, and the
+//!    tables are assembled.
+//!
+//! All stages share an [`ImportContext`]: the caller's options, the memory that may be taken, always before anything is decoded into
+//! it, and the warnings. Documents are walked by checked look-ups only: whatever a file holds, it gives a scene or an error.
+//! Photometric values are taken as radiometric ones, number for number.
 
 use std::path::Path;
 
-use self::checked_json::missing_extension;
+use self::checked_json::CheckedJson;
+use self::container::Container;
+use self::context::ImportContext;
+use self::decoding::Model;
 use self::document::Document;
 use self::options::LoadOptions;
 use super::{Scene, SceneError};
@@ -13,10 +26,14 @@ use caustics_files::file::read_file;
 
 mod accessor;
 mod checked_json;
+mod container;
+mod context;
 mod decoding;
 mod document;
 pub mod files;
+mod json;
 pub mod options;
+mod primitive;
 mod scene_builder;
 #[cfg(test)]
 mod tests;
@@ -29,16 +46,16 @@ impl Scene {
     /// # Errors
     ///
     /// If the file cannot be read, is damaged, requires an extension that is not supported, or would not fit into memory. Every
-    /// error names the file and what to do. What is merely left out stands in [`Scene::warnings`].
+    /// error names the file and the remedy. [`Scene::warnings`] names elements that are merely left out.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
         Scene::load_with(path, &LoadOptions::default())
     }
 
-    /// Loads a .gltf or .glb file in a way of the caller's; what [`Scene::load`] says holds else.
+    /// Loads a .gltf or .glb file with options of the caller, else as [`Scene::load`].
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::load`], and with [`LoadOptions::strict`] where something would be replaced.
+    /// As [`Scene::load`], and with [`LoadOptions::strict`] where something would be replaced.
     pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
         let file = path.display().to_string();
         let bytes =
@@ -49,21 +66,29 @@ impl Scene {
     }
 }
 
-/// The file's stem, or its folder's name where the stem says nothing.
+/// Name of a scene: the file's stem, or its folder's name where the stem says nothing.
 fn scene_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default();
     let folder = path.parent().and_then(Path::file_name).filter(|_| stem == "scene");
     folder.unwrap_or(stem).to_string_lossy().into_owned()
 }
 
-/// Reads a scene that is one file, from its bytes.
+/// Imports a file that names no others, from its bytes.
 pub fn read_alone(bytes: &[u8]) -> Result<Scene, SceneError> {
     read("scene", bytes, Path::new("/no folder"), &LoadOptions::default())
 }
 
-/// Reads a scene from a file's bytes; other files are looked for in `folder`.
+/// Imports a file from its bytes; other files are looked for in `folder`.
 fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
-    let document = Document::read(file, bytes, folder, options)?;
-    let lack = document.lack.clone();
-    scene_builder::scene_of(document).map_err(|error| missing_extension::without(lack, error))
+    let mut context = ImportContext::new(file, folder, options);
+    run_stages(bytes, &mut context).map_err(|error| context.explained(error))
+}
+
+/// Runs the four stages.
+fn run_stages(bytes: &[u8], context: &mut ImportContext<'_>) -> Result<Scene, SceneError> {
+    let container = Container::split(context.file, bytes)?;
+    let json = CheckedJson::read(container.json, context)?;
+    let document = Document::load(json, container.binary, context)?;
+    let model = Model::decode(document, context)?;
+    scene_builder::build(&model, context)
 }

@@ -1,15 +1,18 @@
-//! Builds the scene that a decoded document shows.
+//! Stage 4, the scene builder: places, reads and assembles all that a decoded document shows.
 
 use gltf::json::mesh::Mode;
 use gltf::json::validation::Checked;
 
 use self::geometry::Geometry;
-use self::node::WorldMesh;
+use self::node::{WorldMesh, WorldNodes};
 use self::sharing::Sharing;
-use super::decoding;
-use super::document::Document;
-use crate::motion::Motion;
-use crate::{Scene, SceneError, SceneParts};
+use self::texture::MaterialMaps;
+use super::context::ImportContext;
+use super::decoding::Model;
+use crate::animation::NodeTree;
+use crate::motion::{Motion, OnNode};
+use crate::texture::TextureParts;
+use crate::{PunctualLight, Scene, SceneCamera, SceneError, SceneParts};
 
 mod animation;
 mod deformation;
@@ -20,43 +23,62 @@ mod image;
 mod image_based;
 mod instancing;
 mod material;
-pub mod mesh;
+mod mesh;
 mod node;
 pub mod sharing;
 mod texture;
 
-/// What a document shows.
-pub fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
-    let file = &document.file.clone();
-    decoding::decode(&mut document)?;
-    let world = node::read(&mut document)?;
+/// Builds the scene of a model.
+pub fn build(model: &Model, context: &mut ImportContext<'_>) -> Result<Scene, SceneError> {
+    // Place nodes, meshes, cameras and lights
+    let world = node::read(model, context)?;
 
-    // Take memory before anything large is decoded; textures say what a mesh has to carry.
-    let sharing = Sharing::plan(&mut document, &world.meshes)?;
-    let texture::Read { mut parts, mappings } = texture::read(&mut document)?;
-    let mut geometry = Geometry::read(&mut document, &world, &mappings, &sharing)?;
-
+    // Take memory for all triangles before anything large is decoded; textures say what vertices have to carry
+    let sharing = Sharing::plan(model, context, &world.meshes)?;
+    let MaterialMaps { parts: textures, mappings } = texture::read(model, context)?;
+    let geometry = Geometry::read(model, context, &world, &mappings, &sharing)?;
     if geometry.is_empty() {
-        return Err(nothing_to_see(&document, &world.meshes));
+        return Err(nothing_to_see(model, context, &world.meshes));
     }
 
-    // Bring everything into a world around its origin.
+    // Assemble the tables
+    let dropped_triangles = geometry.dropped;
+    let parts = assemble(model, context, world, geometry, textures)?;
+    let mut scene = build_on_floor(parts, context)?;
+    scene.dropped_triangles += dropped_triangles;
+
+    // Light it from all around
+    if let Some(map) = environment::read(model, context)? {
+        scene.set_environment(map)?;
+    }
+    let warnings = context.warning_lines().into_iter().chain(scene.warnings).collect();
+    Ok(Scene { background: model.background, warnings, ..scene })
+}
+
+/// Brings everything into a world around its origin.
+fn assemble(
+    model: &Model,
+    context: &mut ImportContext<'_>,
+    world: WorldNodes,
+    mut geometry: Geometry,
+    mut textures: TextureParts,
+) -> Result<SceneParts, SceneError> {
+    // Geometry
     let origin = geometry.centre(&world.nodes);
     let (triangles, surfaces) = geometry.triangle_records(origin);
-    if !parts.textures.is_empty() {
-        parts.coordinates = geometry.coordinates();
+    if !textures.textures.is_empty() {
+        textures.coordinates = geometry.coordinates();
     }
-    let (lights, cameras) = (world.lights_around(file, origin)?, world.cameras_around(origin));
-    let (materials, material_names) = material::read_all(&mut document)?;
-    material::name_blended_media(&mut document, &materials, &material_names, &parts);
-    let moves = world.rig.joints.iter().any(|joint| joint.moves || !joint.morph.channels.is_empty());
-    let motion = moves.then_some(Motion { file: file.into(), cameras: world.cameras, lights: world.lights });
+    // Lights and cameras
+    let (lights, cameras) = (world.lights_around(context, origin)?, world.cameras_around(origin));
+    // Materials
+    let (materials, material_names) = material::read_all(model, context)?;
+    material::warn_of_blended_media(context, &materials, &material_names, &textures);
 
-    let textures = parts;
-    let name = file.clone();
-    let (owners, dropped) = (geometry.owners().collect(), geometry.dropped);
-    let mut parts = SceneParts {
-        name,
+    let motion = motion(&world.rig, world.cameras, world.lights, context);
+    let owners = geometry.owners().collect();
+    Ok(SceneParts {
+        name: context.file.into(),
         triangles,
         surfaces,
         materials,
@@ -70,9 +92,24 @@ pub fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
         rig: world.rig,
         motion,
         bounds: None,
-        bvh: document.options.bvh.clone(),
-    };
-    let has_floor = document.options.floor && !parts.is_empty();
+        bvh: context.options.bvh.clone(),
+    })
+}
+
+/// Cameras and lights of a node tree in which something moves.
+fn motion(
+    rig: &NodeTree,
+    cameras: Vec<OnNode<SceneCamera>>,
+    lights: Vec<OnNode<PunctualLight>>,
+    context: &ImportContext<'_>,
+) -> Option<Motion> {
+    let moves = rig.joints.iter().any(|joint| joint.moves || !joint.morph.channels.is_empty());
+    moves.then(|| Motion { file: context.file.into(), cameras, lights })
+}
+
+/// Builds a scene, on a floor where the caller asks for one.
+fn build_on_floor(mut parts: SceneParts, context: &ImportContext<'_>) -> Result<Scene, SceneError> {
+    let has_floor = context.options.floor && !parts.is_empty();
     if has_floor {
         parts.add_floor();
     }
@@ -80,18 +117,13 @@ pub fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
     if has_floor {
         scene.additions.insert("floor", "a Lambertian square of albedo 0.5 under the bounds".into());
     }
-    scene.dropped_triangles += dropped;
-    if let Some(map) = environment::read(&mut document)? {
-        scene.set_environment(map)?;
-    }
-    let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();
-    Ok(Scene { background: document.background, warnings, ..scene })
+    Ok(scene)
 }
 
-/// The error of a document without triangles.
-fn nothing_to_see(document: &Document, meshes: &[WorldMesh]) -> SceneError {
-    let modes = meshes.iter().filter_map(|mesh| document.root.meshes.get(mesh.mesh.value()));
-    let mut modes = modes.flat_map(|mesh| &mesh.primitives).map(|primitive| primitive.mode);
+/// Error of a model without triangles.
+fn nothing_to_see(model: &Model, context: &ImportContext<'_>, meshes: &[WorldMesh]) -> SceneError {
+    let meshes = meshes.iter().filter_map(|mesh| model.root.meshes.get(mesh.mesh.value()));
+    let mut modes = meshes.flat_map(|mesh| &mesh.primitives).map(|primitive| primitive.mode);
     let is_thin = modes.any(|mode| {
         matches!(mode, Checked::Valid(Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip))
     });
@@ -101,8 +133,8 @@ fn nothing_to_see(document: &Document, meshes: &[WorldMesh]) -> SceneError {
             "make surfaces of them where they come from (in Blender: lines become curves with a bevel, points instances of a \
              sphere; then convert them to meshes)",
         ),
-        () if document.root.meshes.is_empty() => ("has no mesh", "export it with its objects"),
+        () if model.root.meshes.is_empty() => ("has no mesh", "export it with its objects"),
         () => ("has no triangles", "add a mesh of triangles"),
     };
-    SceneError::NothingToSee { file: document.file.clone(), what: what.into(), remedy }
+    SceneError::NothingToSee { file: context.file.into(), what: what.into(), remedy }
 }

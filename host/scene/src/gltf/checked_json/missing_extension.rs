@@ -5,53 +5,46 @@ use serde_json::Value;
 
 use super::unsupported;
 use crate::SceneError;
-use crate::gltf::options::LoadOptions;
-use crate::gltf::warning::Warnings;
+use crate::gltf::context::ImportContext;
 use caustics_files::text::cut;
 
-/// A required extension that is not supported: the first of a file.
+/// Required extension that is not supported.
 #[derive(Clone, Debug)]
-pub struct Lack {
-    file: String,
-    extension: String,
-    remedy: &'static str,
+pub struct MissingExtension {
+    /// Its name.
+    pub extension: String,
+    /// Advice to the user.
+    pub remedy: &'static str,
 }
 
-impl Lack {
-    /// What a document lacks; an error where it is read strictly.
-    pub fn find(
-        file: &str,
-        document: &Value,
-        options: &LoadOptions,
-        warnings: &mut Warnings,
-    ) -> Result<Option<Lack>, SceneError> {
-        let mut first = None;
-        let required = document["extensionsRequired"].as_array().into_iter().flatten();
-        for name in required.filter_map(Value::as_str).filter(|name| !unsupported::EXTENSIONS.contains(name))
-        {
-            let (extension, remedy) = (cut(name, 80), unsupported::remedy(name));
-            if options.strict {
-                return Err(SceneError::RequiredExtension { file: file.into(), extension, remedy });
-            }
-            warnings.note(
-                "",
-                format_args!(
-                    "requires the extension {extension:?}, which is not supported; rendered without it, which may \
-                     show another thing than the file means ({remedy})"
-                ),
-            );
-            first.get_or_insert(Lack { file: file.into(), extension, remedy });
+/// Warns of required extensions that are not supported, and keeps the first for later errors. Refuses a document that has one
+/// where it is read strictly.
+pub fn check(document: &Value, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
+    let required = document["extensionsRequired"].as_array().into_iter().flatten();
+    for name in required.filter_map(Value::as_str).filter(|name| !unsupported::EXTENSIONS.contains(name)) {
+        let (extension, remedy) = (cut(name, 80), remedy(name));
+        if context.options.strict {
+            return Err(SceneError::RequiredExtension { file: context.file.into(), extension, remedy });
         }
-        Ok(first)
+        context.warn(
+            "",
+            format_args!(
+                "requires the extension {extension:?}, which is not supported; rendered without it, which may \
+                 show another thing than the file means ({remedy})"
+            ),
+        );
+        context.missing_extension.get_or_insert(MissingExtension { extension, remedy });
     }
+    Ok(())
 }
 
-/// An error of a file that is read without what it requires: that may be why.
-pub fn without(lack: Option<Lack>, error: SceneError) -> SceneError {
-    match lack {
-        None => error,
-        Some(Lack { file, extension, remedy }) => {
-            SceneError::WithoutExtension { file, extension, remedy, source: error.into() }
+/// Advice on a file that requires an extension which is not supported.
+fn remedy(extension: &str) -> &'static str {
+    match extension {
+        "EXT_texture_avif" => {
+            "convert its textures: npx @gltf-transform/cli png --formats \"*\" IN.glb OUT.glb"
         }
+        "KHR_techniques_webgl" => "convert its materials: npx gltf-pipeline -i OLD.gltf -o NEW.gltf",
+        _ => "export the scene without it, or take it out of extensionsRequired if it can be seen without",
     }
 }

@@ -1,13 +1,11 @@
-//! What extensions say in other words, in those that the rest of the loader reads. Works on plain JSON whose types are checked.
+//! Extensions in the terms of others, which later stages read. Works on plain JSON whose types are checked.
 
 use serde_json::Value;
 
 use self::element::elements;
 use self::specular_glossiness::SOURCE;
 use crate::SceneError;
-use crate::gltf::decoding::atlas::BAKED;
-use crate::gltf::options::LoadOptions;
-use crate::gltf::warning::Warnings;
+use crate::gltf::context::ImportContext;
 
 mod cameras;
 mod clearcoat;
@@ -18,25 +16,18 @@ mod textures;
 mod unlit;
 mod variants;
 
-/// Rewrites a document; what is lost is noted.
-pub fn translate(
-    file: &str,
-    document: &mut Value,
-    options: &LoadOptions,
-    warnings: &mut Warnings,
-) -> Result<(), SceneError> {
-    // Members of images that only the loader itself sets.
+/// Rewrites a document, with warnings of what is lost.
+pub fn translate(document: &mut Value, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
+    // A member of images that only the import itself sets.
     for image in elements(document, "images") {
-        for member in [SOURCE, BAKED] {
-            image.as_object_mut().and_then(|members| members.remove(member));
-        }
+        image.as_object_mut().and_then(|members| members.remove(SOURCE));
     }
     cameras::reduce(document);
-    scenes::complete(file, document, options, warnings)?;
-    variants::choose(file, document, options.variant.as_deref())?;
+    scenes::complete(document, context)?;
+    variants::choose(document, context)?;
     textures::choose_sources(document);
-    specular_glossiness::translate(document, warnings);
-    unlit::translate(document, warnings);
-    clearcoat::translate(document, warnings);
+    specular_glossiness::translate(document, context);
+    unlit::translate(document, context);
+    clearcoat::translate(document, context);
     Ok(())
 }

@@ -1,11 +1,11 @@
-//! Names what a document asks for and is not rendered. Reads plain JSON, since the document types drop some of it.
+//! Warns of what a document asks for and is not rendered. Reads plain JSON, since the types of documents drop some of it.
 
 use serde_json::Value;
 
-use crate::gltf::warning::Warnings;
+use crate::gltf::context::{ImportContext, label};
 use caustics_files::text::cut;
 
-/// Characters of a name in messages at most.
+/// Characters of a name of an extension or a texture in messages at most.
 const MAX_NAME: usize = 80;
 
 /// Extensions that are rendered, at least in part.
@@ -32,22 +32,11 @@ pub const EXTENSIONS: &[&str] = &[
     "KHR_texture_transform",
 ];
 
-/// What to do about a file that requires an extension which is not supported.
-pub fn remedy(extension: &str) -> &'static str {
-    match extension {
-        "EXT_texture_avif" => {
-            "convert its textures: npx @gltf-transform/cli png --formats \"*\" IN.glb OUT.glb"
-        }
-        "KHR_techniques_webgl" => "convert its materials: npx gltf-pipeline -i OLD.gltf -o NEW.gltf",
-        _ => "export the scene without it, or take it out of extensionsRequired if it can be seen without",
-    }
-}
-
 /// Textures that are rendered; occlusion is not asked for, since light is traced.
 const TEXTURES: [&str; 5] =
     ["baseColorTexture", "metallicRoughnessTexture", "emissiveTexture", "normalTexture", "occlusionTexture"];
 
-/// Sections whose elements are named in warnings, and what one element is called.
+/// Sections whose elements are named in warnings, and names of one element.
 const SECTIONS: [(&str, &str); 6] = [
     ("materials", "material"),
     ("nodes", "node"),
@@ -57,24 +46,18 @@ const SECTIONS: [(&str, &str); 6] = [
     ("animations", "animation"),
 ];
 
-/// Notes what is not rendered: the element and why.
-pub fn list(document: &Value, warnings: &mut Warnings) {
+/// Warns of extensions, textures and factors that are not rendered.
+pub fn warn(document: &Value, context: &mut ImportContext<'_>) {
     for (section, kind) in SECTIONS {
         for (index, element) in document[section].as_array().into_iter().flatten().enumerate() {
             let owner = label(kind, index, element["name"].as_str());
-            let mut note = |what: String| warnings.note(&owner, what);
+            let mut note = |what: String| context.warn(&owner, what);
             walk(element, &mut note);
             if section == "materials" {
                 note_material(element, &mut note);
             }
         }
     }
-}
-
-/// How a message calls an element.
-pub fn label(kind: &str, index: usize, name: Option<&str>) -> String {
-    let named = |name: &str| format!("{kind} {:?}", cut(name, MAX_NAME));
-    name.map_or_else(|| format!("{kind} {index}"), named)
 }
 
 /// Finds unknown extensions and textures at any depth.

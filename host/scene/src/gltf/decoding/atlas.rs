@@ -1,24 +1,21 @@
-//! An image of vertex colours: two by two texels a triangle, whose centres are its corners and the fourth of a parallelogram.
+//! Images of vertex colours: two by two texels a triangle, whose centres are its corners and the fourth of a parallelogram.
 //! Between them the texture is interpolated as the colours are.
 
 use glam::Vec2;
 
 use crate::texture::{Image, MAX_SIDE, srgb};
 
-/// Member of an image of the document that is made of vertex colours: which of them.
-pub const BAKED: &str = "vertexColors";
-
-/// Where triangles lie on such an image.
+/// Positions of triangles on such an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Atlas {
-    /// Triangles in a row.
+    /// Number of triangles in a row.
     columns: u32,
-    /// Rows of triangles.
+    /// Number of rows of triangles.
     rows: u32,
 }
 
 impl Atlas {
-    /// That of so many triangles; none where they are too many for an image, or none at all.
+    /// Atlas of a number of triangles; none of no triangles, or of more than an image holds.
     pub fn for_triangles(triangles: usize) -> Option<Atlas> {
         let columns = (triangles as f64).sqrt().ceil() as usize;
         let max_columns = MAX_SIDE as usize / 2;
@@ -28,12 +25,12 @@ impl Atlas {
         Some(Atlas { columns: columns as u32, rows: triangles.div_ceil(columns) as u32 })
     }
 
-    /// Texels of the image.
+    /// Number of texels of the image.
     pub fn texels(&self) -> u64 {
         4 * u64::from(self.columns) * u64::from(self.rows)
     }
 
-    /// Where the corners of a triangle lie.
+    /// Positions of the corners of a triangle.
     pub fn corners(&self, triangle: usize) -> [Vec2; 3] {
         let (column, row) = (triangle as u32 % self.columns, triangle as u32 / self.columns);
         let size = Vec2::new((2 * self.columns) as f32, (2 * self.rows) as f32);
@@ -41,7 +38,7 @@ impl Atlas {
         [first, first + Vec2::X, first + Vec2::Y].map(|texel| texel / size)
     }
 
-    /// The image of triangles with these colours at their corners, linear, with alpha.
+    /// Image of triangles with these colours at their corners, linear, with alpha.
     pub fn image(&self, faces: &[[u32; 3]], colors: &[[f32; 4]]) -> Image {
         let (width, height) = (2 * self.columns, 2 * self.rows);
         let mut texels = vec![[255; 4]; width as usize * height as usize];

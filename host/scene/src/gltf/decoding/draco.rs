@@ -1,60 +1,77 @@
 //! KHR_draco_mesh_compression: primitives whose vertices and indices are compressed together.
 //!
-//! Each becomes a plain primitive: what is decoded goes into a new buffer, with accessors of floats and of indices.
+//! Each becomes a plain primitive: decoded numbers go into new buffers, with accessors of floats and of indices.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 use gltf::json::Index;
-use gltf::json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
-use gltf::json::buffer::View;
-use gltf::json::mesh::{Mode, Semantic};
-use gltf::json::validation::{Checked, USize64};
-use serde_json::Value;
+use gltf::json::accessor::Accessor;
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
 
+use self::decoded::{append_attribute, append_indices, check_size};
+use super::Model;
 use crate::SceneError;
-use crate::gltf::accessor;
-use crate::gltf::checked_json::unsupported;
-use crate::gltf::document::extension::Compressed;
-use crate::gltf::document::{Document, buffer};
+use crate::gltf::context::{ImportContext, label};
+use crate::gltf::document::Document;
+use crate::gltf::document::extension::{DracoPrimitive, DracoStream};
+use crate::gltf::primitive::attribute;
 use caustics_files::caught::caught;
 
-/// Memory that decoding a triangle takes for a while (bytes): corner tables and what is predicted from them.
+mod decoded;
+
+/// Memory that decoding a triangle takes for a while (bytes): corner tables and predictions from them.
 const TRIANGLE_BYTES: u64 = 300;
 
-/// What a stream became: accessors of attributes by their ids in it, and of the indices.
+/// Attribute that the import reads and a stream holds.
+struct DracoAttribute {
+    semantic: Semantic,
+    accessor: Index<Accessor>,
+    /// Id in the stream.
+    id: u64,
+}
+
+/// Result of decoding a stream: accessors of attributes by their ids in it, and of the indices.
 #[derive(Clone)]
-struct Decoded {
+struct DecodedStream {
     attributes: HashMap<u64, Index<Accessor>>,
     indices: Index<Accessor>,
 }
 
 /// Decompresses primitives. One that cannot be is left as it is where the file has it uncompressed too.
-pub fn decompress(document: &mut Document) -> Result<(), SceneError> {
-    let mut known: HashMap<String, Decoded> = HashMap::new();
+pub fn decompress(model: &mut Model, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
+    let document = &mut model.document;
+    let mut known: HashMap<(DracoStream, Vec<u64>), DecodedStream> = HashMap::new();
     let mut largest = 0;
-    for Compressed { mesh, primitive, extension } in std::mem::take(&mut document.compressed) {
+    for DracoPrimitive { mesh, primitive, stream } in std::mem::take(&mut document.sections.draco) {
         let name = document.root.meshes[mesh].name.as_deref();
-        let owner = format!("{}, primitive {primitive}", unsupported::label("mesh", mesh, name));
-        let ids: Vec<u64> =
-            attributes(document, mesh, primitive, &extension).into_iter().map(|(.., id)| id).collect();
-        let key = format!("{extension} {ids:?}");
+        let owner = format!("{}, primitive {primitive}", label("mesh", mesh, name));
+        let plain = &document.root.meshes[mesh].primitives[primitive];
+        let attributes = attributes(plain, &stream);
+
+        // Decode each stream once, however many primitives have it
+        let key = (stream, attributes.iter().map(|attribute| attribute.id).collect());
         let decoded = match known.get(&key) {
             Some(decoded) => Ok(decoded.clone()),
-            None => decode(document, mesh, primitive, &extension, &owner, &mut largest)?,
+            None => {
+                let declared = Declared::take(document, context, plain, &owner, &mut largest)?;
+                decode(document, &attributes, &key.0, declared)
+            }
         };
         match decoded {
             Ok(decoded) => {
-                link(document, mesh, primitive, &extension, &decoded);
+                link(&mut document.root.meshes[mesh].primitives[primitive], &attributes, &decoded);
                 known.insert(key, decoded);
             }
             Err(what) => {
-                let (file, what) = (document.file.clone(), format!("{owner} {what}"));
-                let error = SceneError::Compressed { file, what: what.clone() };
+                let what = format!("{owner} {what}");
+                let error = context.compressed_error(&what);
                 if !has_fallback(document, mesh, primitive) {
                     return Err(error);
                 }
-                document.replace(&owner, &what, "its uncompressed copy is rendered", error)?;
+                context.replace(&owner, &what, "its uncompressed copy is rendered", error)?;
             }
         }
     }
@@ -63,19 +80,13 @@ pub fn decompress(document: &mut Document) -> Result<(), SceneError> {
 
 /// Whether a primitive's positions are there without compression.
 fn has_fallback(document: &Document, mesh: usize, primitive: usize) -> bool {
-    let primitive = &document.root.meshes[mesh].primitives[primitive];
-    let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+    let positions = attribute(&document.root.meshes[mesh].primitives[primitive], Semantic::Positions);
     let accessor = positions.and_then(|index| document.root.accessors.get(index.value()));
     accessor.is_some_and(|accessor| accessor.buffer_view.is_some())
 }
 
-/// The attributes of a primitive that the loader reads and a stream holds, with their ids in it.
-fn attributes(
-    document: &Document,
-    mesh: usize,
-    primitive: usize,
-    extension: &Value,
-) -> Vec<(Semantic, Index<Accessor>, u64)> {
+/// Attributes of a primitive that the import reads and a stream holds.
+fn attributes(primitive: &Primitive, stream: &DracoStream) -> Vec<DracoAttribute> {
     let is_read = |semantic: &Semantic| {
         matches!(
             semantic,
@@ -86,146 +97,94 @@ fn attributes(
                 | Semantic::Colors(0)
         )
     };
-    let attributes = document.root.meshes[mesh].primitives[primitive].attributes.iter();
-    let known = attributes.filter_map(|(semantic, &index)| match semantic {
+    let known = primitive.attributes.iter().filter_map(|(semantic, &accessor)| match semantic {
         Checked::Valid(semantic) if is_read(semantic) => {
-            let id = extension["attributes"][semantic.to_string()].as_u64()?;
-            Some((semantic.clone(), index, id))
+            let id = (*stream.attributes.get(&semantic.to_string())?)?;
+            Some(DracoAttribute { semantic: semantic.clone(), accessor, id })
         }
         _ => None,
     });
     known.collect()
 }
 
-/// Decodes a primitive's stream into new accessors; the inner error says what is wrong with the stream.
+/// Size of a primitive, as its document declares it; the decoder stops beyond it.
+#[derive(Clone, Copy)]
+struct Declared {
+    faces: u64,
+    /// Decoded numbers and indices (bytes).
+    bytes: u64,
+}
+
+impl Declared {
+    /// Takes memory for all that is decoded of a primitive.
+    fn take(
+        document: &Document,
+        context: &mut ImportContext<'_>,
+        primitive: &Primitive,
+        owner: &str,
+        largest: &mut u64,
+    ) -> Result<Declared, SceneError> {
+        let mut bytes = 0_u64;
+        for &index in primitive.attributes.values() {
+            let accessor = context.get(&document.root.accessors, index, "accessor", owner)?;
+            bytes = bytes.saturating_add(accessor.count.0.saturating_mul(16));
+        }
+        let corners = match primitive.indices {
+            Some(indices) => context.get(&document.root.accessors, indices, "accessor", owner)?.count.0,
+            None => 0,
+        };
+        let faces = corners / 3;
+        bytes = bytes.saturating_add(corners.saturating_mul(4));
+        let transient = faces.saturating_mul(TRIANGLE_BYTES).saturating_add(bytes);
+        context.take(bytes, format_args!("{owner}"))?;
+        context.take_for_a_while(transient, largest, format_args!("{owner}"))?;
+        Ok(Declared { faces, bytes })
+    }
+}
+
+/// Decodes a stream into new accessors. An error says what is wrong with it.
 fn decode(
     document: &mut Document,
-    mesh: usize,
-    primitive: usize,
-    extension: &Value,
-    owner: &str,
-    largest: &mut u64,
-) -> Result<Result<Decoded, String>, SceneError> {
-    // Take memory for what the document says that there is; the decoder stops beyond it.
-    let attributes = attributes(document, mesh, primitive, extension);
-    let mut bytes = 0_u64;
-    for &index in document.root.meshes[mesh].primitives[primitive].attributes.values() {
-        let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-        bytes = bytes.saturating_add(accessor.count.0.saturating_mul(16));
+    attributes: &[DracoAttribute],
+    stream: &DracoStream,
+    declared: Declared,
+) -> Result<DecodedStream, String> {
+    let bytes = document.view_bytes(stream.buffer_view.unwrap_or(usize::MAX))?;
+    let decoded = decode_stream(bytes, declared)?;
+    let mut accessors = HashMap::new();
+    for attribute in attributes {
+        let accessor = &document.root.accessors[attribute.accessor.value()];
+        check_size(accessor, decoded.num_points())?;
+        if let Entry::Vacant(entry) = accessors.entry(attribute.id) {
+            entry.insert(append_attribute(document, attribute, &decoded)?);
+        }
     }
-    let indices = document.root.meshes[mesh].primitives[primitive].indices;
-    let corners = match indices {
-        Some(indices) => document.get(&document.root.accessors, indices, "accessor", owner)?.count.0,
-        None => 0,
-    };
-    let faces = corners / 3;
-    bytes = bytes.saturating_add(corners.saturating_mul(4));
-    let transient = faces.saturating_mul(TRIANGLE_BYTES).saturating_add(bytes);
-    document.take(bytes, format_args!("{owner}"))?;
-    document.take_for_a_while(transient, largest, format_args!("{owner}"))?;
+    Ok(DecodedStream { attributes: accessors, indices: append_indices(document, &decoded) })
+}
 
-    let view = extension["bufferView"].as_u64().unwrap_or(u64::MAX);
-    let stream = match buffer::view_bytes(view, &document.sections.buffer_views, &document.buffers) {
-        Ok(stream) => stream,
-        Err(what) => return Ok(Err(what)),
-    };
-    let limits =
-        DecodeLimits::default().with_max_faces(faces).with_max_decoded_bytes(bytes.saturating_mul(2));
+/// Decodes the bytes of a stream.
+fn decode_stream(bytes: &[u8], declared: Declared) -> Result<Mesh, String> {
+    let limits = DecodeLimits::default()
+        .with_max_faces(declared.faces)
+        .with_max_decoded_bytes(declared.bytes.saturating_mul(2));
     // The decoder is made to return errors; should one of its checks be missing, damaged bytes must not end the program.
     let decoded = caught(|| {
         let mut mesh = Mesh::new();
-        let mut buffer = DecoderBuffer::new(stream).with_limits(limits);
+        let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
         MeshDecoder::new().decode(&mut buffer, &mut mesh).map(|()| mesh)
     });
-    let decoded = match decoded {
-        Some(Ok(decoded)) => decoded,
-        Some(Err(error)) => return Ok(Err(format!("cannot be decompressed (Draco: {})", error.message()))),
-        None => return Ok(Err("cannot be decompressed (Draco: its stream is damaged)".into())),
-    };
-    let points = decoded.num_points();
-    let mut read = HashMap::new();
-    for (_, index, id) in attributes {
-        // Memory was taken for what the accessors say, of at most four numbers each.
-        let accessor = &document.root.accessors[index.value()];
-        let is_short = matches!(accessor.type_, Checked::Valid(shape) if shape.multiplicity() <= 4);
-        if accessor.count.0 != points as u64 || !is_short {
-            let declared = accessor.count.0;
-            return Ok(Err(format!("cannot be decompressed (Draco: {points} points instead of {declared})")));
-        }
-        if read.contains_key(&id) {
-            continue;
-        }
-        let Some(attribute) = u32::try_from(id).ok().and_then(|id| decoded.attribute_by_unique_id(id)) else {
-            return Ok(Err(format!("cannot be decompressed (Draco: there is no attribute {id})")));
-        };
-        let source = document.root.accessors[index.value()].clone();
-        let numbers = match source.type_ {
-            Checked::Valid(shape) => shape.multiplicity(),
-            Checked::Invalid => 1,
-        };
-        let largest = accessor::largest(&source);
-        let numbers = attribute.read_f32s(points, numbers);
-        let bytes: Vec<u8> =
-            numbers.iter().flat_map(|&number| accessor::share(number, largest).to_le_bytes()).collect();
-        let kept = matches!(source.component_type, Checked::Valid(GenericComponentType(ComponentType::F32)));
-        let accessor = Accessor {
-            component_type: Checked::Valid(GenericComponentType(ComponentType::F32)),
-            normalized: false,
-            sparse: source.sparse.clone().filter(|_| kept),
-            ..source
-        };
-        read.insert(id, append(document, accessor, bytes, points));
+    match decoded {
+        Some(Ok(decoded)) => Ok(decoded),
+        Some(Err(error)) => Err(format!("cannot be decompressed (Draco: {})", error.message())),
+        None => Err("cannot be decompressed (Draco: its stream is damaged)".into()),
     }
-    let indices: Vec<u8> = decoded.faces().iter().flatten().flat_map(|point| point.0.to_le_bytes()).collect();
-    let accessor = Accessor {
-        buffer_view: None,
-        byte_offset: None,
-        count: USize64(0),
-        component_type: Checked::Valid(GenericComponentType(ComponentType::U32)),
-        extensions: None,
-        extras: Default::default(),
-        type_: Checked::Valid(Type::Scalar),
-        min: None,
-        max: None,
-        name: None,
-        normalized: false,
-        sparse: None,
-    };
-    let indices = append(document, accessor, indices, 3 * decoded.num_faces());
-    Ok(Ok(Decoded { attributes: read, indices }))
 }
 
-/// Appends an accessor of so many elements with its bytes.
-fn append(document: &mut Document, accessor: Accessor, bytes: Vec<u8>, count: usize) -> Index<Accessor> {
-    let view = View {
-        buffer: Index::new(document.buffers.len() as u32),
-        byte_length: USize64::from(bytes.len()),
-        byte_offset: None,
-        byte_stride: None,
-        name: None,
-        target: None,
-        extensions: None,
-        extras: Default::default(),
-    };
-    document.buffers.push(bytes);
-    document.root.buffer_views.push(view);
-    let view = Index::new(document.root.buffer_views.len() as u32 - 1);
-    document.root.accessors.push(Accessor {
-        buffer_view: Some(view),
-        byte_offset: None,
-        count: USize64::from(count),
-        ..accessor
-    });
-    Index::new(document.root.accessors.len() as u32 - 1)
-}
-
-/// Makes a primitive refer to what was decoded.
-fn link(document: &mut Document, mesh: usize, primitive: usize, extension: &Value, decoded: &Decoded) {
-    let attributes = attributes(document, mesh, primitive, extension);
-    let primitive = &mut document.root.meshes[mesh].primitives[primitive];
-    for (semantic, _, id) in attributes {
-        if let Some(&accessor) = decoded.attributes.get(&id) {
-            primitive.attributes.insert(Checked::Valid(semantic), accessor);
+/// Makes a primitive refer to decoded accessors.
+fn link(primitive: &mut Primitive, attributes: &[DracoAttribute], decoded: &DecodedStream) {
+    for DracoAttribute { semantic, id, .. } in attributes {
+        if let Some(&accessor) = decoded.attributes.get(id) {
+            primitive.attributes.insert(Checked::Valid(semantic.clone()), accessor);
         }
     }
     primitive.indices = Some(decoded.indices);

@@ -3,22 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use gltf::json::Root;
-use serde_json::Value;
 
 use crate::SceneError;
+use crate::gltf::context::ImportContext;
 use caustics_files::file::read_head;
 use caustics_files::text::cut;
 
-/// Loads every buffer of a document, each of the length that the document says; none of what only stands in for others.
+/// Loads every buffer of a document, each of the length that the document says; none of those that only stand in for others.
 pub fn load(
-    file: &str,
     root: &Root,
     is_fallback: &[bool],
     binary: Option<&[u8]>,
-    folder: &Path,
+    context: &ImportContext<'_>,
 ) -> Result<Vec<Vec<u8>>, SceneError> {
     let load_one = |(index, buffer): (usize, &gltf::json::Buffer)| {
-        let wrong = |what: String| SceneError::Buffer { file: file.into(), buffer: index, what };
+        let wrong = |what: String| SceneError::Buffer { file: context.file.into(), buffer: index, what };
         if is_fallback.get(index) == Some(&true) {
             return Ok(Vec::new());
         }
@@ -28,7 +27,7 @@ pub fn load(
                 binary[..binary.len().min(usize::try_from(length).unwrap_or(usize::MAX))].to_vec()
             }
             (None, _) => return Err(wrong("has neither a uri nor a binary chunk".into())),
-            (Some(uri), _) => fetch(uri, folder, length).map_err(wrong)?,
+            (Some(uri), _) => fetch(uri, context.folder, length).map_err(wrong)?,
         };
         if (bytes.len() as u64) < length {
             return Err(wrong(format!("is cut off: {} of {length} bytes are there", bytes.len())));
@@ -39,7 +38,7 @@ pub fn load(
     root.buffers.iter().enumerate().map(load_one).collect()
 }
 
-/// Bytes of a uri; of a file no more than `max_bytes`.
+/// Returns the bytes of a uri; of a file no more than `max_bytes`.
 pub fn fetch(uri: &str, folder: &Path, max_bytes: u64) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (kind, data) = data.split_once(',').ok_or("holds data without a comma before it")?;
@@ -57,8 +56,8 @@ pub fn fetch(uri: &str, folder: &Path, max_bytes: u64) -> Result<Vec<u8>, String
         .map_err(|error| format!("({:?}) cannot be read: {error}", cut(&path.display().to_string(), 200)))
 }
 
-/// The file that a uri names, beside the document. Some are written as they are, some with the separators of Windows: of what
-/// is not there as glTF wants it those are looked for.
+/// File that a uri names, beside the document. Some exporters write names as they are, some with the separators of Windows:
+/// these are looked for where no file has the name as glTF wants it.
 pub fn path_of(uri: &str, folder: &Path) -> PathBuf {
     let decoded = decode_percent(uri);
     let other = [uri.to_string(), decoded.replace('\\', "/"), uri.replace('\\', "/")];
@@ -69,29 +68,12 @@ pub fn path_of(uri: &str, folder: &Path) -> PathBuf {
     other.iter().map(|name| folder.join(name)).find(|path| path.is_file()).unwrap_or(wanted)
 }
 
-/// Bytes of a buffer view.
-pub fn view_bytes<'a>(index: u64, views: &[Value], buffers: &'a [Vec<u8>]) -> Result<&'a [u8], String> {
-    let view = views
-        .get(index as usize)
-        .ok_or_else(|| format!("refers to buffer view {index}, but there are {}", views.len()))?;
-    let number = |key: &str| view[key].as_u64().unwrap_or(0);
-    let buffer = buffers
-        .get(number("buffer") as usize)
-        .ok_or_else(|| format!("refers to buffer {}, but there are {}", number("buffer"), buffers.len()))?;
-    let start = number("byteOffset");
-    let end = start.saturating_add(number("byteLength"));
-    if end > buffer.len() as u64 {
-        return Err(format!("needs {end} bytes of a buffer of {}", buffer.len()));
-    }
-    Ok(&buffer[start as usize..end as usize])
-}
-
-/// A uri as the name that it stands for.
+/// Name that a uri stands for.
 fn decode_percent(uri: &str) -> String {
     String::from_utf8_lossy(&percent_decoded(uri)).into_owned()
 }
 
-/// The bytes that a part of a uri stands for.
+/// Bytes that a part of a uri stands for.
 fn percent_decoded(uri: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
@@ -104,7 +86,7 @@ fn percent_decoded(uri: &str) -> Vec<u8> {
     bytes
 }
 
-/// Bytes by their base64, of either alphabet; white space does not count.
+/// Decodes base64 of either alphabet; white space does not count.
 fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let (mut bits, mut count) = (0_u32, 0);

@@ -1,52 +1,126 @@
-//! Extensions of a document's elements, as plain JSON: the document types drop them.
+//! Extensions of a document's elements, which the types of the crate gltf drop.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
+use gltf::json::Index;
+use gltf::json::accessor::Accessor;
+use serde::Deserialize;
 use serde_json::Value;
+
+use super::sections::or_default;
 
 /// Names of the compression of buffer views; both have the same members.
 const COMPRESSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// Light from all around.
+/// Name of the light from all around.
 pub const IMAGE_BASED: &str = "EXT_lights_image_based";
 
-/// A primitive that is compressed.
-pub struct Compressed {
-    /// Its mesh.
-    pub mesh: usize,
-    /// Which of the mesh it is.
-    pub primitive: usize,
-    /// Its extension KHR_draco_mesh_compression.
-    pub extension: Value,
+/// EXT_meshopt_compression of a buffer view.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub struct Compression {
+    /// Index of the buffer with the stream.
+    pub buffer: Option<usize>,
+    /// Beginning of the stream (bytes).
+    pub byte_offset: Option<u64>,
+    /// Length of the stream (bytes).
+    pub byte_length: Option<u64>,
+    /// Size of a decoded element (bytes).
+    pub byte_stride: Option<u64>,
+    /// Number of decoded elements.
+    pub count: Option<u64>,
+    /// Kind of the elements.
+    pub mode: Option<String>,
+    /// Filter that follows.
+    pub filter: Option<String>,
 }
 
-/// All compressed primitives of a document.
-pub fn compressed_primitives(document: &Value) -> Vec<Compressed> {
+/// Primitive that is compressed.
+#[derive(Clone, Debug)]
+pub struct DracoPrimitive {
+    /// Index of its mesh.
+    pub mesh: usize,
+    /// Its index in the mesh.
+    pub primitive: usize,
+    /// Its stream.
+    pub stream: DracoStream,
+}
+
+/// KHR_draco_mesh_compression of a primitive.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub struct DracoStream {
+    /// Index of its buffer view.
+    pub buffer_view: Option<usize>,
+    /// Ids of attributes in the stream, by their names in the document.
+    #[serde(deserialize_with = "or_default")]
+    pub attributes: BTreeMap<String, Option<u64>>,
+}
+
+/// Attributes of EXT_mesh_gpu_instancing.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "UPPERCASE", default)]
+pub struct InstanceAttributes {
+    /// Accessor of translations.
+    pub translation: Option<Index<Accessor>>,
+    /// Accessor of rotations.
+    pub rotation: Option<Index<Accessor>>,
+    /// Accessor of scales.
+    pub scale: Option<Index<Accessor>>,
+}
+
+/// Light of EXT_lights_image_based.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub struct ImageBasedLight {
+    /// Factor on all radiances.
+    pub intensity: Option<f64>,
+    /// Quaternion, not necessarily of unit length.
+    pub rotation: Option<[f64; 4]>,
+    /// Coefficients of the irradiance.
+    pub irradiance_coefficients: Option<Vec<[f64; 3]>>,
+    /// Indices of the images of the faces, by level.
+    #[serde(deserialize_with = "or_default")]
+    pub specular_images: Vec<Vec<usize>>,
+}
+
+/// Elements of a section.
+fn elements<'a>(document: &'a Value, section: &str) -> &'a [Value] {
+    document[section].as_array().map_or(&[], Vec::as_slice)
+}
+
+/// Returns all compressed primitives of a document.
+pub fn draco_primitives(document: &Value) -> Result<Vec<DracoPrimitive>, serde_json::Error> {
     let mut found = Vec::new();
-    for (mesh, element) in document["meshes"].as_array().into_iter().flatten().enumerate() {
-        for (primitive, element) in element["primitives"].as_array().into_iter().flatten().enumerate() {
+    for (mesh, element) in elements(document, "meshes").iter().enumerate() {
+        for (primitive, element) in elements(element, "primitives").iter().enumerate() {
             let extension = &element["extensions"]["KHR_draco_mesh_compression"];
             if extension.is_object() {
-                found.push(Compressed { mesh, primitive, extension: extension.clone() });
+                found.push(DracoPrimitive { mesh, primitive, stream: DracoStream::deserialize(extension)? });
             }
         }
     }
-    found
+    Ok(found)
 }
 
-/// How a buffer view is compressed.
-pub fn compression(view: &Value) -> Option<&Value> {
+/// Compression of each buffer view.
+pub fn compressions(document: &Value) -> Result<Vec<Option<Compression>>, serde_json::Error> {
+    let read = |view: &Value| compression(view).map(Compression::deserialize).transpose();
+    elements(document, "bufferViews").iter().map(read).collect()
+}
+
+/// Extension of a buffer view that is compressed.
+fn compression(view: &Value) -> Option<&Value> {
     COMPRESSIONS
         .iter()
         .find_map(|name| view["extensions"].get(name))
         .filter(|extension| extension.is_object())
 }
 
-/// Which buffers only stand in for readers that decompress no views: their bytes need not be there. They say so, or have no
+/// Marks buffers that only stand in for readers that decompress no views: their bytes need not be there. They say so, or have no
 /// bytes and are of compressed views alone.
 pub fn fallbacks(document: &Value, has_binary: bool) -> Vec<bool> {
-    let list = |section: &str| document[section].as_array().map_or(&[][..], Vec::as_slice);
-    let (buffers, views) = (list("buffers"), list("bufferViews"));
+    let (buffers, views) = (elements(document, "buffers"), elements(document, "bufferViews"));
     let mut is_read = vec![false; buffers.len()];
     let mut is_compressed = is_read.clone();
     let mark = |flags: &mut Vec<bool>, view: &Value| {
@@ -70,19 +144,24 @@ pub fn fallbacks(document: &Value, has_binary: bool) -> Vec<bool> {
         .collect()
 }
 
-/// Attributes of EXT_mesh_gpu_instancing, by node.
-pub fn instances(document: &Value) -> HashMap<usize, Value> {
-    let nodes = document["nodes"].as_array().into_iter().flatten().enumerate();
-    let attributes =
-        nodes.map(|(id, node)| (id, &node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]));
-    attributes.filter(|(_, attributes)| attributes.is_object()).map(|(id, all)| (id, all.clone())).collect()
+/// Attributes of the instances of nodes' meshes, by the index of the node.
+pub fn instances(document: &Value) -> Result<HashMap<usize, InstanceAttributes>, serde_json::Error> {
+    let mut found = HashMap::new();
+    for (id, node) in elements(document, "nodes").iter().enumerate() {
+        let attributes = &node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+        if attributes.is_object() {
+            found.insert(id, InstanceAttributes::deserialize(attributes)?);
+        }
+    }
+    Ok(found)
 }
 
-/// The light of EXT_lights_image_based that a scene refers to, or what is wrong with its reference.
-pub fn image_based(document: &Value, scene: &Value) -> Option<Result<Value, String>> {
+/// Light of EXT_lights_image_based that a scene refers to, or the fault of its reference.
+pub fn image_based(document: &Value, scene: &Value) -> Option<Result<ImageBasedLight, String>> {
     let index = scene["extensions"][IMAGE_BASED]["light"].as_u64()?;
-    let lights = document["extensions"][IMAGE_BASED]["lights"].as_array().map_or(&[][..], Vec::as_slice);
-    let found = usize::try_from(index).ok().and_then(|index| lights.get(index));
+    let lights = elements(&document["extensions"][IMAGE_BASED], "lights");
+    let light = usize::try_from(index).ok().and_then(|index| lights.get(index));
     let missing = || format!("the scene refers to light {index}, but there are {}", lights.len());
-    Some(found.cloned().ok_or_else(missing))
+    let read = |light: &Value| ImageBasedLight::deserialize(light).map_err(|error| error.to_string());
+    Some(light.ok_or_else(missing).and_then(read))
 }

@@ -1,19 +1,21 @@
-//! The environment that a scene's extras ask for: `{ "uri": "sky.hdr" }` or `{ "color": [r, g, b] }`, with `rotation` (degrees) and
+//! Environment that a scene's extras ask for: `{ "uri": "sky.hdr" }` or `{ "color": [r, g, b] }`, with `rotation` (degrees) and
 //! `scale`. Without them, that of EXT_lights_image_based.
 
 use super::image_based;
-use crate::gltf::document::{Document, buffer, radiance};
+use crate::gltf::context::ImportContext;
+use crate::gltf::decoding::Model;
+use crate::gltf::document::{buffer, radiance};
 use crate::{EnvironmentMap, SceneError};
 
-/// The environment of the default scene, if it asks for one.
-pub fn read(document: &mut Document) -> Result<Option<EnvironmentMap>, SceneError> {
-    if document.environment.is_null() {
-        return image_based::read(document);
+/// Reads the environment of the default scene, if it asks for one.
+pub fn read(model: &Model, context: &mut ImportContext<'_>) -> Result<Option<EnvironmentMap>, SceneError> {
+    let extras = &model.environment;
+    if extras.is_null() {
+        return image_based::read(model, context);
     }
-    let extras = &document.environment;
-    let wrong = |what: String| SceneError::Environment { file: document.file.clone(), what };
+    let wrong = |what: String| context.environment_error(what);
     let map = match (extras["uri"].as_str(), radiance(&extras["color"])) {
-        (Some(uri), _) => buffer::fetch(uri, &document.folder, u64::MAX)
+        (Some(uri), _) => buffer::fetch(uri, context.folder, u64::MAX)
             .and_then(|bytes| EnvironmentMap::decode(&bytes))
             .map_err(|what| wrong(format!("its image {what}")))?,
         (None, Some(color)) => EnvironmentMap::constant(color),

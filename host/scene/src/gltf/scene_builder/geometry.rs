@@ -1,4 +1,4 @@
-//! The triangles of a file: those of the world, and meshes in spaces of their own: what moves, and what is stored once.
+//! Triangles of a file: those of the world, and meshes in spaces of their own, which move or are stored once.
 
 use std::collections::HashMap;
 
@@ -13,13 +13,14 @@ use super::texture::Mapping;
 use super::{huge, mesh};
 use crate::animation::Nodes;
 use crate::corner::Corner;
-use crate::gltf::document::Document;
+use crate::gltf::context::ImportContext;
+use crate::gltf::decoding::Model;
 use crate::instanced::{Instanced, MeshInstance, Stand};
 use crate::mesh::{Mesh, coordinates};
 use crate::texture::CornerCoordinates;
 use crate::{SceneError, geometry};
 
-/// What a triangle of the world has beside its corners.
+/// Properties of a triangle of the world beside its corners.
 #[derive(Clone, Copy)]
 struct Detail {
     material: u32,
@@ -32,43 +33,44 @@ struct Detail {
 pub struct Geometry {
     /// Corners of the triangles of the world, in f64 (m).
     corners: Vec<[Corner; 3]>,
-    /// What else there is of them.
+    /// Their other properties.
     details: Vec<Detail>,
-    /// Meshes in spaces of their own, and where they stand.
+    /// Meshes in spaces of their own, and their positions.
     pub instanced: Instanced,
     /// Triangles without an area that those meshes lost.
     pub dropped: usize,
 }
 
 impl Geometry {
-    /// Reads every mesh that is placed, or once that which is stored once.
+    /// Reads every mesh that is placed, or once if it is stored once.
     pub fn read(
-        document: &mut Document,
+        model: &Model,
+        context: &mut ImportContext<'_>,
         world: &WorldNodes,
         mappings: &[Option<Mapping>],
         sharing: &Sharing,
     ) -> Result<Geometry, SceneError> {
         let mut geometry = Geometry::default();
         geometry.corners.reserve_exact(sharing.in_world);
-        // Meshes of the file that are stored once, or have nothing to store.
+        // Indices of stored meshes by those of the file; none where nothing is to be stored.
         let mut stored: HashMap<usize, Option<usize>> = HashMap::new();
         for instance in &world.meshes {
-            if let Some(deformed) = deformation::read(document, world, instance, mappings)? {
+            if let Some(deformed) = deformation::read(model, context, world, instance, mappings)? {
                 geometry.add_deformed(deformed, world, instance);
                 continue;
             }
-            let id = instance.mesh.value();
             let shares = sharing.is_stored_once(instance);
             if !shares && !instance.moves {
-                geometry.bake(mesh::read(document, instance, mappings)?, instance.joint);
+                geometry.bake(mesh::read(model, context, instance, mappings)?, instance.joint);
                 continue;
             }
+            let id = instance.mesh.value();
             let known = stored.get(&id).copied().filter(|_| shares);
             let mesh = match known {
                 Some(mesh) => mesh,
                 None => {
                     let own = WorldMesh { to_world: DAffine3::IDENTITY, ..instance.clone() };
-                    let parts = mesh::read(document, &own, mappings)?;
+                    let parts = mesh::read(model, context, &own, mappings)?;
                     let mesh = geometry.store(parts.into_iter().filter(|part| !(shares && part.emits)));
                     if shares {
                         stored.insert(id, mesh);
@@ -77,7 +79,7 @@ impl Geometry {
                 }
             };
             if shares && sharing.emits(instance) {
-                let parts = mesh::read(document, instance, mappings)?;
+                let parts = mesh::read(model, context, instance, mappings)?;
                 geometry.bake(parts.into_iter().filter(|part| part.emits), instance.joint);
             }
             let stand =
@@ -97,8 +99,7 @@ impl Geometry {
         }
     }
 
-    /// Adds a mesh that is deformed: for ever alike as triangles of the world, or as a mesh on its node, or one that is deformed at every
-    /// pose.
+    /// Adds a deformed mesh: as one that is deformed at every pose, as triangles of the world, or as a mesh on its node.
     fn add_deformed(&mut self, deformed: DeformedMesh, world: &WorldNodes, instance: &WorldMesh) {
         let DeformedMesh { deformation, materials, moves } = deformed;
         let is_skinned = deformation.is_skinned();
@@ -113,14 +114,7 @@ impl Geometry {
             let vertices = deformation.deform(&world.nodes);
             let corners = deformation.corners(&vertices);
             if let Stand::Still(to_world) = stand {
-                let is_mirrored = to_world.matrix3.determinant() < 0.0;
-                let turn = to_world.matrix3.inverse().transpose();
-                let transformed = |corners: [Corner; 3]| {
-                    mesh::turned_over(corners.map(|corner| corner.placed(&to_world, &turn)), is_mirrored)
-                };
-                self.corners.extend(corners.map(transformed));
-                let owner = instance.joint as u32;
-                self.details.extend(materials.iter().map(|&material| Detail { material, owner }));
+                self.bake_placed(corners, &materials, &to_world, instance.joint);
                 return;
             }
             let (mesh, lost) = Mesh::new(corners.collect(), materials);
@@ -134,7 +128,25 @@ impl Geometry {
         }
     }
 
-    /// Makes a mesh of triangles in its node's space; none of nothing.
+    /// Puts triangles of a node's own space into the world.
+    fn bake_placed(
+        &mut self,
+        corners: impl Iterator<Item = [Corner; 3]>,
+        materials: &[u32],
+        to_world: &DAffine3,
+        owner: usize,
+    ) {
+        let is_mirrored = to_world.matrix3.determinant() < 0.0;
+        let turn = to_world.matrix3.inverse().transpose();
+        let placed = |corners: [Corner; 3]| {
+            mesh::turned_over(corners.map(|corner| corner.placed(to_world, &turn)), is_mirrored)
+        };
+        self.corners.extend(corners.map(placed));
+        let owner = owner as u32;
+        self.details.extend(materials.iter().map(|&material| Detail { material, owner }));
+    }
+
+    /// Stores a mesh of triangles in its node's space and returns its index; none without triangles.
     fn store(&mut self, parts: impl Iterator<Item = mesh::MeshPrimitive>) -> Option<usize> {
         let (mut own, mut materials) = (Vec::new(), Vec::new());
         for mesh::MeshPrimitive { material, triangles, .. } in parts {
@@ -154,7 +166,7 @@ impl Geometry {
         self.corners.is_empty() && self.instanced.meshes.is_empty() && self.dropped == 0
     }
 
-    /// The scene's origin (m), so that f32 is finest where the scene is: the centre of its bounds, or of what is small
+    /// Origin of the scene (m), so that f32 is finest where the scene is: the centre of its bounds, or of the things that are small
     /// beside huge triangles, which are split.
     pub fn centre(&mut self, nodes: &Nodes) -> DVec3 {
         let world = self.corners.iter().map(|corners| corners.map(|corner| corner.position));
@@ -188,7 +200,7 @@ impl Geometry {
         self.corners.par_iter().zip(&self.details).map(record).unzip()
     }
 
-    /// The meshes in spaces of their own, once the rest is read.
+    /// Gives away the meshes in spaces of their own, once the rest is read.
     pub fn into_instanced(self) -> Instanced {
         self.instanced
     }
@@ -198,7 +210,7 @@ impl Geometry {
         self.details.iter().map(|detail| detail.owner)
     }
 
-    /// Where the corners of the triangles of the world lie on textures.
+    /// Texture coordinates of the corners of the triangles of the world.
     pub fn coordinates(&self) -> Vec<CornerCoordinates> {
         self.corners.iter().map(coordinates).collect()
     }

@@ -1,37 +1,45 @@
-//! Images of a document, however they come about.
+//! Images of a document, however they come about: files, images that are converted, vertex colours.
 
-use serde_json::Value;
+use std::path::Path;
 
-use crate::gltf::checked_json::translate::specular_glossiness::SOURCE;
-use crate::gltf::decoding::atlas::BAKED;
 use crate::gltf::document::Document;
+use crate::gltf::document::sections::{ImageContent, JsonImage};
 use crate::texture::Image;
 
 mod basis;
 mod converted;
 mod encoded;
 
-/// Width and height of an image of the document [texels]: nothing is decoded. An error says what is wrong with it.
-pub fn size(document: &Document, index: u64) -> Result<(u32, u32), String> {
-    let image = encoded::described(document, index)?;
-    match (image.get(SOURCE), baked(document, image)) {
-        (Some(source), _) => converted::size(document, source),
-        (None, Some(baked)) => Ok((baked.width, baked.height)),
-        (None, None) => encoded::size(document, image),
-    }
+/// Reader of the images of a document.
+#[derive(Clone, Copy)]
+pub struct ImageReader<'a> {
+    /// The document.
+    pub document: &'a Document,
+    /// Folder of the document.
+    pub folder: &'a Path,
 }
 
-/// An image of the document.
-pub fn read(document: &Document, index: u64) -> Result<Image, String> {
-    let image = encoded::described(document, index)?;
-    match (image.get(SOURCE), baked(document, image)) {
-        (Some(source), _) => converted::read(document, source),
-        (None, Some(baked)) => Ok(baked.clone()),
-        (None, None) => encoded::read(document, image),
+impl<'a> ImageReader<'a> {
+    /// Width and height of an image (texels), by its header. An error says what is wrong with it.
+    pub fn size(&self, index: usize) -> Result<(u32, u32), String> {
+        match &self.get(index)?.content {
+            ImageContent::Converted(image) => converted::size(self, image),
+            ImageContent::VertexColors(image) => Ok((image.width, image.height)),
+            content => encoded::size(self, content),
+        }
     }
-}
 
-/// An image that is made of vertex colours.
-fn baked<'a>(document: &'a Document, image: &Value) -> Option<&'a Image> {
-    document.baked.get(usize::try_from(image[BAKED].as_u64()?).ok()?)
+    /// Reads an image.
+    pub fn read(&self, index: usize) -> Result<Image, String> {
+        match &self.get(index)?.content {
+            ImageContent::Converted(image) => converted::read(self, image),
+            ImageContent::VertexColors(image) => Ok(image.clone()),
+            content => encoded::read(self, content),
+        }
+    }
+
+    fn get(&self, index: usize) -> Result<&'a JsonImage, String> {
+        let images = &self.document.sections.images;
+        images.get(index).ok_or_else(|| format!("is not there: there are {}", images.len()))
+    }
 }

@@ -1,16 +1,16 @@
 //! EXT_lights_image_based: light from all around as the faces of a cube, made into a latitude-longitude image.
 //!
 //! The largest faces are taken; smaller ones are blurred for other renderers. Where they cannot be had, the coefficients of the
-//! irradiance say about where the light comes from. Colours of PNG files are divided by alpha (RGBD).
+//! irradiance give the light roughly. Colours of PNG files are divided by alpha (RGBD).
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DQuat, DVec2, DVec3, Vec3};
-use serde_json::Value;
 
-use super::image;
-use crate::gltf::document::Document;
-use crate::gltf::document::extension::IMAGE_BASED as OWNER;
+use super::image::ImageReader;
+use crate::gltf::context::ImportContext;
+use crate::gltf::decoding::Model;
+use crate::gltf::document::extension::{IMAGE_BASED as OWNER, ImageBasedLight};
 use crate::texture::{Image, srgb};
 use crate::{EnvironmentMap, SceneError};
 
@@ -19,83 +19,72 @@ const MAX_HEIGHT: u32 = 2048;
 /// Height of an image of nine coefficients (texels).
 const SMOOTH_HEIGHT: u32 = 32;
 
-/// The environment that it makes.
-pub fn read(document: &mut Document) -> Result<Option<EnvironmentMap>, SceneError> {
-    let error = |document: &Document, what: &str| SceneError::Environment {
-        file: document.file.clone(),
-        what: format!("{OWNER}: {what}"),
-    };
-    let light = match document.image_based.take() {
+/// Makes an environment of the light that the default scene refers to, if any.
+pub fn read(model: &Model, context: &mut ImportContext<'_>) -> Result<Option<EnvironmentMap>, SceneError> {
+    let error =
+        |context: &ImportContext<'_>, what: &str| context.environment_error(format_args!("{OWNER}: {what}"));
+    let light = match &model.image_based {
         None => return Ok(None),
         Some(Err(what)) => {
-            let error = error(document, &what);
-            document.replace(OWNER, &what, "rendered without it", error)?;
+            context.replace(OWNER, what, "rendered without it", error(context, what))?;
             return Ok(None);
         }
         Some(Ok(light)) => light,
     };
-    let rotation = rotation(&light["rotation"]);
-    let map = match faces(document, &light["specularImages"][0]) {
+    let rotation = rotation(light.rotation);
+    let map = match faces(model, context, light) {
         Ok(faces) => {
             let side = faces.iter().map(|face| face.width.max(face.height)).max().unwrap_or(1);
             Some(environment_map(side.saturating_mul(2).min(MAX_HEIGHT), side, rotation, |d| seen(&faces, d)))
         }
         Err(what) => {
-            let error = error(document, &what);
-            document.replace(OWNER, &what, "lit by its irradianceCoefficients", error)?;
-            coefficients(&light["irradianceCoefficients"])
-                .map(|all| environment_map(SMOOTH_HEIGHT, 1, rotation, |d| radiance(&all, d)))
+            context.replace(OWNER, &what, "lit by its irradianceCoefficients", error(context, &what))?;
+            coefficients(light).map(|all| environment_map(SMOOTH_HEIGHT, 1, rotation, |d| radiance(&all, d)))
         }
     };
-    let intensity = light["intensity"].as_f64().unwrap_or(1.0) as f32;
+    let intensity = light.intensity.unwrap_or(1.0) as f32;
     Ok(map.map(|map| map.placed(intensity, 0.0)))
 }
 
-/// A quaternion, made a rotation; none where it is not given or has no length.
-fn rotation(value: &Value) -> DQuat {
-    let number = |component: usize| value[component].as_f64();
-    match [0, 1, 2, 3].map(number) {
-        [Some(x), Some(y), Some(z), Some(w)] => {
-            let length = DQuat::from_xyzw(x, y, z, w).length();
-            let share = |part: f64| part / length;
-            if length.is_normal() {
-                DQuat::from_xyzw(share(x), share(y), share(z), share(w))
-            } else {
-                DQuat::IDENTITY
-            }
-        }
-        _ => DQuat::IDENTITY,
-    }
+/// Rotation of a quaternion; none where it is not given or has no length.
+fn rotation(quaternion: Option<[f64; 4]>) -> DQuat {
+    let quaternion = quaternion.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let length = DQuat::from_array(quaternion).length();
+    if length.is_normal() { DQuat::from_array(quaternion.map(|part| part / length)) } else { DQuat::IDENTITY }
 }
 
-/// A face of the cube by its linear radiances.
+/// Face of the cube by its linear radiances.
 struct Face {
     width: u32,
     height: u32,
     texels: Vec<Vec3>,
 }
 
-/// The six faces of the largest level; an error says what is wrong with them.
-fn faces(document: &mut Document, level: &Value) -> Result<Vec<Face>, String> {
-    let images: Vec<u64> = level.as_array().into_iter().flatten().filter_map(Value::as_u64).collect();
+/// Reads the six faces of the largest level. An error says what is wrong with them.
+fn faces(
+    model: &Model,
+    context: &mut ImportContext<'_>,
+    light: &ImageBasedLight,
+) -> Result<Vec<Face>, String> {
+    let images = light.specular_images.first().map_or(&[][..], Vec::as_slice);
     if images.len() != 6 {
         return Err(format!(
             "specularImages has {} faces in its first level and should have 6",
             images.len()
         ));
     }
-    let named = |index: u64, what: String| format!("image {index} {what}");
+    let reader = ImageReader { document: model, folder: context.folder };
+    let named = |index: usize, what: String| format!("image {index} {what}");
     let mut texels = 0;
-    for &index in &images {
-        let (width, height) = image::size(document, index).map_err(|what| named(index, what))?;
+    for &index in images {
+        let (width, height) = reader.size(index).map_err(|what| named(index, what))?;
         texels += u64::from(width) * u64::from(height);
     }
-    // As bytes and as radiances.
-    document.take(24 * texels, "its environment").map_err(|error| error.to_string())?;
+    // As bytes and as radiances
+    context.take(24 * texels, "its environment").map_err(|error| error.to_string())?;
     let linear = srgb::Decoder::default();
-    let read = |&index: &u64| {
-        let Image { width, height, texels } =
-            image::read(document, index).map_err(|what| named(index, what))?;
+    let read = |&index: &usize| {
+        let Image { width, height, texels } = reader.read(index).map_err(|what| named(index, what))?;
         let decode = |[red, green, blue, alpha]: [u8; 4]| {
             Vec3::from([red, green, blue].map(|byte| linear.decode(byte))) / (f32::from(alpha.max(1)) / 255.0)
         };
@@ -104,7 +93,7 @@ fn faces(document: &mut Document, level: &Value) -> Result<Vec<Face>, String> {
     images.iter().map(read).collect()
 }
 
-/// An image of so many rows of what is in a direction, with enough samples for faces of this side.
+/// Image of the radiance in each direction, with so many rows and enough samples for faces of this side.
 fn environment_map(height: u32, side: u32, rotation: DQuat, seen: impl Fn(DVec3) -> Vec3) -> EnvironmentMap {
     let height = height.max(2);
     let width = 2 * height;
@@ -128,7 +117,7 @@ fn environment_map(height: u32, side: u32, rotation: DQuat, seen: impl Fn(DVec3)
     EnvironmentMap::new(width, height, texels)
 }
 
-/// The face that a direction meets, of +x, -x, +y, -y, +z and -z, and the position there: from its left and from its top. Each is
+/// Face that a direction meets, of +x, -x, +y, -y, +z and -z, and the position there: from its left and from its top. Each is
 /// upright and not mirrored, seen from inside: those of OpenGL's cube, flipped about their vertical axis.
 fn face_and_uv(direction: DVec3) -> (usize, DVec2) {
     let DVec3 { x, y, z } = direction;
@@ -145,7 +134,7 @@ fn face_and_uv(direction: DVec3) -> (usize, DVec2) {
     (face, 0.5 + 0.5 * DVec2::new(left, top) / size.max_element())
 }
 
-/// The radiance in a direction, between texels of its face.
+/// Radiance in a direction, between texels of its face.
 fn seen(faces: &[Face], direction: DVec3) -> Vec3 {
     let (face, at) = face_and_uv(direction);
     let Face { width, height, texels } = &faces[face];
@@ -161,13 +150,13 @@ fn seen(faces: &[Face], direction: DVec3) -> Vec3 {
 }
 
 /// Nine coefficients of irradiance.
-fn coefficients(value: &Value) -> Option<[Vec3; 9]> {
-    let rows = value.as_array().filter(|rows| rows.len() == 9)?;
-    let number = |row: &Value, component: usize| row[component].as_f64().unwrap_or(0.0) as f32;
-    Some(std::array::from_fn(|row| Vec3::from([0, 1, 2].map(|component| number(&rows[row], component)))))
+fn coefficients(light: &ImageBasedLight) -> Option<[Vec3; 9]> {
+    let all = light.irradiance_coefficients.as_ref()?;
+    let vectors: Vec<Vec3> = all.iter().map(|row| Vec3::from(row.map(|number| number as f32))).collect();
+    vectors.try_into().ok()
 }
 
-/// The radiance of three bands that makes such an irradiance: coefficients over pi, 2 pi / 3 and pi / 4 [Ramamoorthi and Hanrahan
+/// Radiance of three bands that makes such an irradiance: coefficients over pi, 2 pi / 3 and pi / 4 [Ramamoorthi and Hanrahan
 /// 2001, An efficient representation for irradiance environment maps].
 fn radiance(irradiance: &[Vec3; 9], direction: DVec3) -> Vec3 {
     let Vec3 { x, y, z } = direction.as_vec3();

@@ -5,11 +5,12 @@ use std::ops::RangeInclusive;
 use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use glam::Vec3;
 use gltf::json;
-use serde_json::Value;
+use gltf::json::extensions::material::Volume;
 
 use crate::SceneError;
-use crate::gltf::checked_json::unsupported;
-use crate::gltf::document::Document;
+use crate::gltf::context::{ImportContext, label};
+use crate::gltf::decoding::Model;
+use crate::gltf::document::sections::JsonMaterial;
 use crate::texture::TextureParts;
 
 /// Largest radiance and absorption that is rendered (W m^-2 sr^-1, 1/m).
@@ -19,23 +20,27 @@ const MAX_DISPERSION: f32 = 1000.0;
 /// Index of refraction where the file says nothing.
 const IOR: f32 = 1.5;
 
-/// All materials of the document and their names; the last is glTF's default material.
-pub fn read_all(document: &mut Document) -> Result<(Vec<Material>, Vec<String>), SceneError> {
-    let all = std::mem::take(&mut document.root.materials);
-    let mut read = Vec::with_capacity(all.len() + 1);
-    for (index, material) in all.iter().enumerate() {
+/// Reads all materials of a model and their names; the last is glTF's default material.
+pub fn read_all(
+    model: &Model,
+    context: &mut ImportContext<'_>,
+) -> Result<(Vec<Material>, Vec<String>), SceneError> {
+    let mut read = Vec::with_capacity(model.root.materials.len() + 1);
+    for (index, material) in model.root.materials.iter().enumerate() {
+        let section = model.sections.materials.get(index);
         let name = material.name.clone().unwrap_or_else(|| format!("material {index}"));
-        let label = unsupported::label("material", index, material.name.as_deref());
+        let label = label("material", index, material.name.as_deref());
         let mut faults = Vec::new();
-        let mut resolved = resolve(material, &mut faults, |what| document.warn(&label, what));
-        resolved.dispersion = dispersion(document.sections.materials.get(index), &mut faults);
+        let mut resolved = resolve(material, &mut faults, |what| context.warn(&label, what));
+        let dispersion = section.and_then(|section| section.extensions.dispersion.dispersion);
+        let dispersion = dispersion.unwrap_or(0.0) as f32;
+        resolved.dispersion = within(dispersion, 0.0..=MAX_DISPERSION, "dispersion", &mut faults);
         for Fault { what, instead } in faults {
-            let (file, material) = (document.file.clone(), name.clone());
-            let error = SceneError::Material { file, material, what: what.clone() };
-            document.replace(&label, &what, &format!("taken as {instead}"), error)?;
+            let error = context.material_error(&name, &what);
+            context.replace(&label, &what, &format!("taken as {instead}"), error)?;
         }
-        resolved.priority = priority(document.sections.materials.get(index)).unwrap_or_else(|what| {
-            document.warn(&label, what);
+        resolved.priority = priority(section).unwrap_or_else(|what| {
+            context.warn(&label, what);
             0
         });
         read.push((resolved, name));
@@ -44,13 +49,13 @@ pub fn read_all(document: &mut Document) -> Result<(Vec<Material>, Vec<String>),
     Ok(read.into_iter().unzip())
 }
 
-/// A number out of glTF's range.
+/// Number out of glTF's range.
 struct Fault {
     what: String,
     instead: f32,
 }
 
-/// A number within its range, else its nearer end and a fault.
+/// Returns a number within its range, else its nearer end with a fault.
 fn within(number: f32, range: RangeInclusive<f32>, name: &str, faults: &mut Vec<Fault>) -> f32 {
     if range.contains(&number) {
         return number;
@@ -65,38 +70,27 @@ fn within(number: f32, range: RangeInclusive<f32>, name: &str, faults: &mut Vec<
     instead
 }
 
-/// Names media that blend, which are there for every path.
-pub fn name_blended_media(
-    document: &mut Document,
+/// Warns of media that blend, which are there for every path.
+pub fn warn_of_blended_media(
+    context: &mut ImportContext<'_>,
     materials: &[Material],
     names: &[String],
     textures: &TextureParts,
 ) {
     for (index, (material, record)) in materials.iter().zip(&textures.materials).enumerate() {
         if record.blends != 0 && material.is_medium() && !textures.is_opaque(record) {
-            let label = unsupported::label("material", index, Some(&names[index]));
-            document.warn(
-                &label,
-                "alphaMode BLEND of a volume that transmits is not supported; rendered as OPAQUE",
-            );
+            let label = label("material", index, Some(&names[index]));
+            let what = "alphaMode BLEND of a volume that transmits is not supported; rendered as OPAQUE";
+            context.warn(&label, what);
         }
     }
 }
 
 /// `extras.priority` of a material, else 0: where media overlap, that of the highest is there.
-fn priority(material: Option<&Value>) -> Result<i32, String> {
-    let Some(priority) = material.and_then(|material| material["extras"].get("priority")) else {
-        return Ok(0);
-    };
+fn priority(material: Option<&JsonMaterial>) -> Result<i32, String> {
+    let Some(priority) = material.and_then(|material| material.priority.as_ref()) else { return Ok(0) };
     let integer = priority.as_i64().and_then(|number| i32::try_from(number).ok());
     integer.ok_or_else(|| format!("extras.priority is {priority} and should be an integer; taken as 0"))
-}
-
-/// KHR_materials_dispersion of a material, which the document types do not know.
-fn dispersion(material: Option<&Value>, faults: &mut Vec<Fault>) -> f32 {
-    let dispersion = material
-        .and_then(|material| material["extensions"]["KHR_materials_dispersion"]["dispersion"].as_f64());
-    within(dispersion.unwrap_or(0.0) as f32, 0.0..=MAX_DISPERSION, "dispersion", faults)
 }
 
 /// Resolves a material's factors.
@@ -128,23 +122,9 @@ fn resolve(material: &json::Material, faults: &mut Vec<Fault>, mut warn: impl Fn
         flags |= FLAG_EMIT_BOTH_SIDES;
     }
 
-    // A thickness of zero marks a wall without an inside.
-    let mut absorption = Vec3::ZERO;
-    match extensions.volume.filter(|volume| volume.thickness_factor.0 != 0.0) {
-        Some(volume) => {
-            let mut distance = volume.attenuation_distance.0;
-            if distance <= 0.0 {
-                let what = format!("attenuationDistance {distance} that is not positive");
-                faults.push(Fault { what, instead: f32::INFINITY });
-                distance = f32::INFINITY;
-            }
-            let color = volume.attenuation_color.0;
-            let color = color.map(|channel| within(channel, 0.0..=1.0, "attenuationColor", faults));
-            let per_channel = |color: f32| ((0.0 - color.max(1e-6).ln()) / distance).min(LARGEST);
-            absorption = Vec3::from(color.map(per_channel));
-        }
-        None if transmission > 0.0 => flags |= FLAG_THIN,
-        None => {}
+    let absorption = extensions.volume.as_ref().and_then(|volume| absorption(volume, faults));
+    if absorption.is_none() && transmission > 0.0 {
+        flags |= FLAG_THIN;
     }
 
     Material {
@@ -152,7 +132,7 @@ fn resolve(material: &json::Material, faults: &mut Vec<Fault>, mut warn: impl Fn
         roughness,
         emission: Vec3::from(emission),
         metallic,
-        absorption,
+        absorption: absorption.unwrap_or(Vec3::ZERO),
         ior,
         transmission,
         specular,
@@ -161,4 +141,21 @@ fn resolve(material: &json::Material, faults: &mut Vec<Fault>, mut warn: impl Fn
         dispersion: 0.0,
         medium: 0,
     }
+}
+
+/// Absorption of a volume (1/m); none of a wall without an inside, which a thickness of zero marks.
+fn absorption(volume: &Volume, faults: &mut Vec<Fault>) -> Option<Vec3> {
+    if volume.thickness_factor.0 == 0.0 {
+        return None;
+    }
+    let mut distance = volume.attenuation_distance.0;
+    if distance <= 0.0 {
+        let what = format!("attenuationDistance {distance} that is not positive");
+        faults.push(Fault { what, instead: f32::INFINITY });
+        distance = f32::INFINITY;
+    }
+    let color = volume.attenuation_color.0;
+    let color = color.map(|channel| within(channel, 0.0..=1.0, "attenuationColor", faults));
+    let per_channel = |color: f32| ((0.0 - color.max(1e-6).ln()) / distance).min(LARGEST);
+    Some(Vec3::from(color.map(per_channel)))
 }

@@ -1,14 +1,15 @@
-//! Which meshes are stored once for many nodes.
+//! Sharing plan: meshes that are stored once for many nodes.
 //!
-//! Those that move are, but for what emits: of that the light table tells one instance. Of those that stand still, copies in the
-//! world's own space are faster to trace; only beyond a number of triangles the largest copies are spared.
+//! Meshes that move are stored once, but for primitives that emit: the light table knows one instance of them. Copies of meshes that
+//! stand still are faster to trace in the world's own space; beyond a number of triangles the largest copies are spared.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 
 use super::mesh::{self, Extent};
 use super::node::WorldMesh;
 use crate::SceneError;
+use crate::gltf::context::ImportContext;
 use crate::gltf::document::Document;
 
 /// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
@@ -25,8 +26,9 @@ const VERTEX_BYTES: u64 = 130;
 /// Memory of an instance of a mesh that stands still and is stored once (bytes): its row, and its leaf of the BVH.
 const INSTANCE_BYTES: u64 = 1024;
 
-/// How the meshes of a file are stored.
+/// Sharing plan of the meshes of a file.
 pub struct Sharing {
+    /// Extents of meshes, by their indices.
     extents: HashMap<usize, Extent>,
     /// Meshes that stand still in several instances and are stored once.
     spared: Vec<usize>,
@@ -36,18 +38,22 @@ pub struct Sharing {
 
 impl Sharing {
     /// Decides by the accessors of every mesh and the nodes that place it, and takes memory for all triangles.
-    pub fn plan(document: &mut Document, meshes: &[WorldMesh]) -> Result<Sharing, SceneError> {
+    pub fn plan(
+        document: &Document,
+        context: &mut ImportContext<'_>,
+        meshes: &[WorldMesh],
+    ) -> Result<Sharing, SceneError> {
         let mut sharing = Sharing { extents: HashMap::new(), spared: Vec::new(), in_world: 0 };
         let mut still: HashMap<usize, u64> = HashMap::new();
         for instance in meshes {
             let id = instance.mesh.value();
             if let Entry::Vacant(entry) = sharing.extents.entry(id) {
-                entry.insert(mesh::extent(document, instance)?);
+                entry.insert(mesh::extent(document, context, instance)?);
             }
             *still.entry(id).or_default() += u64::from(!instance.moves);
         }
-        sharing.spare(&still, document.options.copies);
-        sharing.take(document, meshes)?;
+        sharing.spare(&still, context.options.copies);
+        sharing.take(context, meshes)?;
         Ok(sharing)
     }
 
@@ -70,8 +76,8 @@ impl Sharing {
     }
 
     /// Takes memory for all triangles.
-    fn take(&mut self, document: &mut Document, meshes: &[WorldMesh]) -> Result<(), SceneError> {
-        let mut seen = std::collections::HashSet::new();
+    fn take(&mut self, context: &mut ImportContext<'_>, meshes: &[WorldMesh]) -> Result<(), SceneError> {
+        let mut seen = HashSet::new();
         let (mut stored, mut in_world, mut vertices, mut read, mut instances) =
             (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
         for instance in meshes {
@@ -89,27 +95,24 @@ impl Sharing {
                 read = read.saturating_add(extent.vertices);
             }
             vertices = vertices.max(extent.vertices);
-            let too_much = |what: String| SceneError::Mesh {
-                file: document.file.clone(),
-                mesh: instance.node.clone(),
-                what,
-            };
             if read > MAX_VERTICES {
-                return Err(too_much(format!("reads more than {MAX_VERTICES} vertices in all")));
+                let what = format!("reads more than {MAX_VERTICES} vertices in all");
+                return Err(context.mesh_error(&instance.node, what));
             }
             if stored.saturating_add(in_world) > MAX_TRIANGLES {
-                return Err(too_much(format!("makes more than {MAX_TRIANGLES} triangles in all")));
+                let what = format!("makes more than {MAX_TRIANGLES} triangles in all");
+                return Err(context.mesh_error(&instance.node, what));
             }
         }
         let triangles = stored + in_world;
         let bytes =
             triangles * TRIANGLE_BYTES + vertices.saturating_mul(VERTEX_BYTES) + instances * INSTANCE_BYTES;
-        document.take(bytes, format_args!("its {triangles} triangles"))?;
+        context.take(bytes, format_args!("its {triangles} triangles"))?;
         self.in_world = in_world as usize;
         Ok(())
     }
 
-    /// Whether what does not emit of a mesh is stored once for all instances like this.
+    /// Whether the primitives of a mesh that do not emit are stored once for all instances like this.
     pub fn is_stored_once(&self, instance: &WorldMesh) -> bool {
         let id = instance.mesh.value();
         if instance.skin.is_some() {
@@ -118,7 +121,7 @@ impl Sharing {
         if instance.moves { !self.emits(instance) } else { self.spared.contains(&id) }
     }
 
-    /// Whether a part of a mesh emits.
+    /// Whether a primitive of a mesh emits.
     pub fn emits(&self, instance: &WorldMesh) -> bool {
         self.extents.get(&instance.mesh.value()).is_some_and(|extent| extent.emitting > 0)
     }

@@ -1,10 +1,10 @@
-//! Cameras: what nothing reads is not asked for.
+//! Cameras: members that nothing reads need not be there.
 
 use serde_json::{Value, json};
 
 use super::element::elements;
 
-/// Leaves of cameras what is read: the field of view of perspective ones.
+/// Removes of cameras all but the field of view of perspective ones.
 pub fn reduce(document: &mut Value) {
     for camera in elements(document, "cameras") {
         let Some(members) = camera.as_object_mut() else { continue };

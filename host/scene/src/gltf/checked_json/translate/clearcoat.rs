@@ -4,14 +4,13 @@
 use serde_json::{Value, json};
 
 use super::element::{elements, take_extension};
-use crate::gltf::checked_json::unsupported::label;
-use crate::gltf::warning::Warnings;
+use crate::gltf::context::{ImportContext, label};
 
 /// Share of the clearcoat from which on it stands for both coats.
 const MIN_SHARE: f64 = 0.5;
 
 /// Gives dielectrics the roughness of their clearcoat.
-pub fn translate(document: &mut Value, warnings: &mut Warnings) {
+pub fn translate(document: &mut Value, context: &mut ImportContext<'_>) {
     for (index, material) in elements(document, "materials").enumerate() {
         let Some(clearcoat) = take_extension(material, "KHR_materials_clearcoat") else { continue };
         let share = clearcoat["clearcoatFactor"].as_f64().unwrap_or(0.0);
@@ -26,7 +25,7 @@ pub fn translate(document: &mut Value, warnings: &mut Warnings) {
         if !is_dielectric || share < MIN_SHARE || transmission.as_f64().unwrap_or(0.0) > 0.0 {
             let what = "KHR_materials_clearcoat is supported on opaque dielectrics alone, from a factor of 0.5 on; rendered \
                         without it";
-            warnings.note(&owner, what);
+            context.warn(&owner, what);
             continue;
         }
         let textures = ["clearcoatTexture", "clearcoatRoughnessTexture", "clearcoatNormalTexture"];
@@ -34,7 +33,7 @@ pub fn translate(document: &mut Value, warnings: &mut Warnings) {
         let factors = if has_texture { "; its factors alone are rendered" } else { "" };
         let what =
             "KHR_materials_clearcoat takes the place of the material's own gloss, which is left out under it";
-        warnings.note(&owner, format_args!("{what}{factors}"));
+        context.warn(&owner, format_args!("{what}{factors}"));
         material["pbrMetallicRoughness"]["roughnessFactor"] =
             json!(clearcoat["clearcoatRoughnessFactor"].as_f64().unwrap_or(0.0));
         material["extensions"]["KHR_materials_specular"] = json!({ "specularFactor": share.min(1.0) });

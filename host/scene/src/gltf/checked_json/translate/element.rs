@@ -1,8 +1,8 @@
-//! Elements of a document, to be changed.
+//! Mutable access to the elements of a document.
 
 use serde_json::Value;
 
-/// Elements of a section, to be changed.
+/// Elements of a section.
 pub fn elements<'a>(document: &'a mut Value, section: &str) -> impl Iterator<Item = &'a mut Value> {
     document.get_mut(section).and_then(Value::as_array_mut).into_iter().flatten()
 }

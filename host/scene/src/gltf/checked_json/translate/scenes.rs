@@ -1,19 +1,13 @@
-//! Which scene is shown: the default one, or where that shows no mesh what does.
+//! The scene that is shown: the default one, or where that has no mesh one that has.
 
 use serde_json::{Value, json};
 
 use super::element::elements;
 use crate::SceneError;
-use crate::gltf::options::LoadOptions;
-use crate::gltf::warning::Warnings;
+use crate::gltf::context::ImportContext;
 
-/// Gives every scene its list of nodes, and sees to it that meshes are shown where there are some.
-pub fn complete(
-    file: &str,
-    document: &mut Value,
-    options: &LoadOptions,
-    warnings: &mut Warnings,
-) -> Result<(), SceneError> {
+/// Gives every scene its list of nodes, and makes a scene with meshes the default one where there are meshes.
+pub fn complete(document: &mut Value, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
     for scene in elements(document, "scenes") {
         if let Some(members) = scene.as_object_mut().filter(|members| !members.contains_key("nodes")) {
             members.insert("nodes".into(), json!([]));
@@ -29,7 +23,7 @@ pub fn complete(
         return Ok(());
     }
 
-    // The first of what shows a mesh.
+    // Find another scene with a mesh, else show all nodes, else each mesh.
     let other = scenes().position(|scene| has_mesh(document, &indices(&scene["nodes"])));
     let (what, scene) = match other {
         Some(other) => (format!("its scene {default} has no mesh; scene {other} is shown"), other),
@@ -43,12 +37,12 @@ pub fn complete(
             (what.into(), add_scene(document, &nodes))
         }
     };
-    if options.strict {
-        let (file, what) = (file.into(), what.split(';').next().unwrap_or_default().into());
+    if context.options.strict {
+        let (file, what) = (context.file.into(), what.split(';').next().unwrap_or_default().into());
         return Err(SceneError::NothingToSee { file, what, remedy: "add one to it" });
     }
     document["scene"] = json!(scene);
-    warnings.note("", what);
+    context.warn("", what);
     Ok(())
 }
 
@@ -57,7 +51,7 @@ fn indices(list: &Value) -> Vec<usize> {
     list.as_array().into_iter().flatten().filter_map(Value::as_u64).map(|index| index as usize).collect()
 }
 
-/// Nodes that are no child of any.
+/// Nodes that are no child of another.
 fn roots(document: &Value) -> Vec<usize> {
     let nodes = document["nodes"].as_array().map_or(&[][..], Vec::as_slice);
     let mut is_child = vec![false; nodes.len()];
@@ -84,7 +78,7 @@ fn has_mesh(document: &Value, roots: &[usize]) -> bool {
     false
 }
 
-/// A node for each mesh.
+/// Adds a node for each mesh and returns their indices.
 fn add_nodes(document: &mut Value, meshes: usize) -> Vec<usize> {
     if !document["nodes"].is_array() {
         document["nodes"] = json!([]);
@@ -95,7 +89,7 @@ fn add_nodes(document: &mut Value, meshes: usize) -> Vec<usize> {
     (first..nodes.len()).collect()
 }
 
-/// Adds a scene; its index.
+/// Adds a scene and returns its index.
 fn add_scene(document: &mut Value, nodes: &[usize]) -> usize {
     if !document["scenes"].is_array() {
         document["scenes"] = json!([]);

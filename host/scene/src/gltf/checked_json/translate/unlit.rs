@@ -4,18 +4,17 @@
 use serde_json::{Value, json};
 
 use super::element::{elements, take_extension};
-use crate::gltf::checked_json::unsupported::label;
-use crate::gltf::warning::Warnings;
+use crate::gltf::context::{ImportContext, label};
 
 /// Makes unlit materials diffuse ones of their base colour.
-pub fn translate(document: &mut Value, warnings: &mut Warnings) {
+pub fn translate(document: &mut Value, context: &mut ImportContext<'_>) {
     for (index, material) in elements(document, "materials").enumerate() {
         if take_extension(material, "KHR_materials_unlit").is_none() {
             continue;
         }
         let owner = label("material", index, material["name"].as_str());
         let what = "KHR_materials_unlit: colours that need no light are not supported; rendered as a diffuse surface";
-        warnings.note(&owner, what);
+        context.warn(&owner, what);
         let Some(members) = material.as_object_mut() else { continue };
         for member in ["emissiveFactor", "emissiveTexture", "normalTexture", "occlusionTexture"] {
             members.remove(member);

@@ -4,19 +4,20 @@ use serde_json::Value;
 
 use super::element::{elements, take_extension};
 use crate::SceneError;
+use crate::gltf::context::ImportContext;
 
-/// Gives primitives their materials of a variant; those of none without a name.
-pub fn choose(file: &str, document: &mut Value, variant: Option<&str>) -> Result<(), SceneError> {
+/// Gives primitives their materials of the variant that the caller chose, if any.
+pub fn choose(document: &mut Value, context: &ImportContext<'_>) -> Result<(), SceneError> {
     let all = document["extensions"]["KHR_materials_variants"]["variants"].as_array();
     let names: Vec<&str> =
         all.into_iter().flatten().map(|variant| variant["name"].as_str().unwrap_or_default()).collect();
-    let chosen = match variant {
+    let chosen = match &context.options.variant {
         None => None,
         Some(variant) => {
-            let found = names.iter().position(|name| *name == variant);
+            let found = names.iter().position(|name| name == variant);
             Some(found.ok_or_else(|| SceneError::UnknownVariant {
-                file: file.into(),
-                variant: variant.into(),
+                file: context.file.into(),
+                variant: variant.clone(),
                 known: if names.is_empty() { "none".into() } else { names.join(", ") },
             })?)
         }

@@ -1,61 +1,54 @@
-//! Images that lie in a file or a buffer: PNG, JPEG, WebP and KTX 2.0.
+//! Images in files and buffers: PNG, JPEG, WebP and KTX 2.0.
 
 use std::borrow::Cow;
 use std::io::Cursor;
 use std::panic::UnwindSafe;
 
-use image::{ImageFormat, ImageReader, ImageResult, Limits};
-use serde_json::Value;
+use image::{ImageFormat, ImageReader as Decoder, ImageResult, Limits};
 
-use super::basis;
-use crate::gltf::document::{Document, buffer};
+use super::{ImageReader, basis};
+use crate::gltf::document::buffer;
+use crate::gltf::document::sections::ImageContent;
 use crate::texture::{Image, MAX_SIDE};
 use caustics_files::caught::decoded;
 
 /// Most memory that decoding an image may take (bytes): the largest image at eight bytes a texel.
 const MAX_BYTES: u64 = 8 * (MAX_SIDE as u64) * (MAX_SIDE as u64);
 
-/// What a document says of an image.
-pub fn described(document: &Document, index: u64) -> Result<&Value, String> {
-    let images = &document.sections.images;
-    images.get(index as usize).ok_or_else(|| format!("is not there: there are {}", images.len()))
-}
-
-/// Width and height of an image by its header [texels].
-pub fn size(document: &Document, image: &Value) -> Result<(u32, u32), String> {
-    let bytes = bytes(document, image)?;
+/// Width and height of an image by its header (texels).
+pub fn size(reader: &ImageReader<'_>, content: &ImageContent) -> Result<(u32, u32), String> {
+    let bytes = bytes(reader, content)?;
     if basis::is_ktx(&bytes) {
         return check_size(basis::size(&bytes)?);
     }
-    check_size(decode(&bytes, ImageReader::into_dimensions)?)
+    check_size(decode(&bytes, Decoder::into_dimensions)?)
 }
 
-/// An image.
-pub fn read(document: &Document, image: &Value) -> Result<Image, String> {
-    let bytes = bytes(document, image)?;
+/// Decodes an image.
+pub fn read(reader: &ImageReader<'_>, content: &ImageContent) -> Result<Image, String> {
+    let bytes = bytes(reader, content)?;
     if basis::is_ktx(&bytes) {
         check_size(basis::size(&bytes)?)?;
         return basis::read(&bytes);
     }
-    let image = decode(&bytes, ImageReader::decode)?.into_rgba8();
+    let image = decode(&bytes, Decoder::decode)?.into_rgba8();
     let (width, height) = check_size(image.dimensions())?;
     Ok(Image { width, height, texels: image.pixels().map(|pixel| pixel.0).collect() })
 }
 
-/// Bytes of an image that a document describes.
-fn bytes<'a>(document: &'a Document, image: &Value) -> Result<Cow<'a, [u8]>, String> {
-    let Document { sections, buffers, folder, .. } = document;
-    match (image["uri"].as_str(), image["bufferView"].as_u64()) {
-        (Some(uri), _) => buffer::fetch(uri, folder, u64::MAX).map(Cow::Owned),
-        (None, Some(view)) => buffer::view_bytes(view, &sections.buffer_views, buffers).map(Cow::Borrowed),
-        (None, None) => Err("has neither a uri nor a bufferView".into()),
+/// Bytes of an image's file.
+fn bytes<'a>(reader: &ImageReader<'a>, content: &ImageContent) -> Result<Cow<'a, [u8]>, String> {
+    match content {
+        ImageContent::Uri(uri) => buffer::fetch(uri, reader.folder, u64::MAX).map(Cow::Owned),
+        ImageContent::View(view) => reader.document.view_bytes(*view).map(Cow::Borrowed),
+        _ => Err("has neither a uri nor a bufferView".into()),
     }
 }
 
-/// Result of a decoder that is given these bytes. image-webp 0.2.4 panics at some damaged animations.
+/// Runs a decoder on some bytes. image-webp 0.2.4 panics at some damaged animations.
 fn decode<'a, T>(
     bytes: &'a [u8],
-    decode: impl FnOnce(ImageReader<Cursor<&'a [u8]>>) -> ImageResult<T> + UnwindSafe,
+    decode: impl FnOnce(Decoder<Cursor<&'a [u8]>>) -> ImageResult<T> + UnwindSafe,
 ) -> Result<T, String> {
     decoded(
         || decode(reader(bytes)?).map_err(|error| damaged(&error)),
@@ -67,9 +60,9 @@ fn damaged(error: &dyn std::fmt::Display) -> String {
     format!("cannot be decoded: {error}")
 }
 
-fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
+fn reader(bytes: &[u8]) -> Result<Decoder<Cursor<&[u8]>>, String> {
     let mut reader =
-        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| damaged(&error))?;
+        Decoder::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| damaged(&error))?;
     if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) {
         return Err("is no PNG, JPEG, WebP or KTX 2.0".into());
     }

@@ -1,14 +1,14 @@
 //! Mode ATTRIBUTES [EXT_meshopt_compression, appendix A; version 1: KHR_meshopt_compression]: bytes of the same position in
 //! successive elements, as differences, in groups of 16 with as few bits as they need.
 
-/// Bytes of the elements of a block at most.
+/// Size of the elements of a block at most (bytes).
 const BLOCK_BYTES: usize = 8192;
-/// Elements of a block at most.
+/// Number of elements of a block at most.
 const BLOCK_ELEMENTS: usize = 256;
-/// Bytes that are packed together.
+/// Number of bytes that are packed together.
 const GROUP: usize = 16;
 
-/// So many elements of so many bytes, a multiple of 4 up to 256; `None` of a damaged stream.
+/// Decodes so many elements of so many bytes, a multiple of 4 up to 256; `None` of a damaged stream.
 pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     let (&header, data) = bytes.split_first()?;
     let version = header & 15;
@@ -37,7 +37,7 @@ pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     data.is_empty().then_some(decoded)
 }
 
-/// Decodes a block; what of the data is left.
+/// Decodes a block, and returns the data behind it.
 fn block<'a>(
     data: &'a [u8],
     decoded: &mut [u8],
@@ -79,7 +79,7 @@ fn block<'a>(
     Some(data)
 }
 
-/// Four bytes of an element, of their difference and those of the element before.
+/// Four bytes of an element, by their difference from those of the element before.
 fn undo(difference: [u8; 4], before: [u8; 4], kind: u8) -> Option<[u8; 4]> {
     let [a, b, c, d] = difference;
     let [e, f, g, h] = before;
@@ -105,7 +105,7 @@ fn undo(difference: [u8; 4], before: [u8; 4], kind: u8) -> Option<[u8; 4]> {
     }
 }
 
-/// Decodes groups of 16 bytes, each with one of four numbers of bits; what of the data is left.
+/// Decodes groups of 16 bytes, each with one of four numbers of bits, and returns the data behind them.
 fn groups<'a>(
     data: &'a [u8],
     plane: &mut [u8; BLOCK_ELEMENTS],

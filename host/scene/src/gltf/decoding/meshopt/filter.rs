@@ -39,12 +39,12 @@ fn each_of_two(bytes: &mut [u8], change: impl Fn([i16; 4]) -> [i16; 4]) {
     }
 }
 
-/// Rounded away from zero where it lies half way.
+/// Rounds a number, half way away from zero.
 fn rounded(number: f32) -> i32 {
     (number + if number >= 0.0 { 0.5 } else { -0.5 }) as i32
 }
 
-/// A unit vector times `largest`, of its position on an octahedron of a size that the third number says; the fourth stays.
+/// Unit vector times `largest`, by its position on an octahedron of a size that the third number says; the fourth stays.
 fn octahedral([x, y, one, w]: [i32; 4], largest: f32) -> [i32; 4] {
     let (x, y) = (x as f32, y as f32);
     let z = one as f32 - x.abs() - y.abs();
@@ -56,7 +56,7 @@ fn octahedral([x, y, one, w]: [i32; 4], largest: f32) -> [i32; 4] {
     [rounded(x * scale), rounded(y * scale), rounded(z * scale), w]
 }
 
-/// A unit quaternion of three components, the largest being left out; the last number says which, and the scale.
+/// Unit quaternion by three components, the largest being left out; the last number says its index and the scale.
 fn quaternion([x, y, z, last]: [i16; 4]) -> [i16; 4] {
     let scale = f32::from(last | 3);
     let [x, y, z] = [x, y, z].map(f32::from);
@@ -70,14 +70,14 @@ fn quaternion([x, y, z, last]: [i16; 4]) -> [i16; 4] {
     turned
 }
 
-/// A float, of a mantissa of 24 bits and an exponent of 8.
+/// Float by a mantissa of 24 bits and an exponent of 8.
 fn exponential(bytes: [u8; 4]) -> [u8; 4] {
     let word = i32::from_le_bytes(bytes);
     let power = f32::from_bits((((word >> 24) + 127) as u32) << 23);
     (power * ((word << 8) >> 8) as f32).to_le_bytes()
 }
 
-/// Red, green, blue and alpha, of brightness and two differences; alpha's highest bit says how fine all are.
+/// Red, green, blue and alpha, by brightness and two differences; alpha's highest bit says how fine all are.
 fn color([brightness, orange, green, alpha]: [i32; 4], largest: f32) -> [i32; 4] {
     let mut scale = alpha;
     for shift in [1, 2, 4, 8] {

@@ -1,11 +1,17 @@
 //! Modes TRIANGLES and INDICES [EXT_meshopt_compression, appendix A].
 
-/// Vertices and edges that were last named, in rings of 16.
+/// Vertices and edges that were named last, in rings of 16.
 struct Recent {
     vertices: [u32; 16],
     edges: [(u32, u32); 16],
     next_vertex: usize,
     next_edge: usize,
+}
+
+impl Default for Recent {
+    fn default() -> Recent {
+        Recent { vertices: [u32::MAX; 16], edges: [(u32::MAX, u32::MAX); 16], next_vertex: 0, next_edge: 0 }
+    }
 }
 
 impl Recent {
@@ -33,7 +39,7 @@ impl Recent {
 /// Numbers behind the codes.
 struct Reader<'a> {
     data: &'a [u8],
-    /// The last index that was given by its difference.
+    /// Last index that was given by its difference.
     last: u32,
 }
 
@@ -44,7 +50,7 @@ impl Reader<'_> {
         Some(byte)
     }
 
-    /// Groups of seven bits, the lowest first; five at most.
+    /// Reads a number in groups of seven bits, the lowest first; five at most.
     fn varint(&mut self) -> Option<u32> {
         let mut number = 0;
         for shift in [0, 7, 14, 21, 28] {
@@ -63,7 +69,7 @@ impl Reader<'_> {
     }
 }
 
-/// A difference whose lowest bit is its sign, modulo 2^32.
+/// Difference whose lowest bit is its sign, modulo 2^32.
 fn signed(number: u32) -> u32 {
     (number >> 1) ^ 0_u32.wrapping_sub(number & 1)
 }
@@ -72,7 +78,7 @@ fn push_index(decoded: &mut Vec<u8>, index: u32, size: usize) {
     decoded.extend(&index.to_le_bytes()[..size]);
 }
 
-/// So many indices of two or four bytes, three a triangle; `None` of a damaged stream.
+/// Decodes so many indices of two or four bytes, three a triangle; `None` of a damaged stream.
 pub fn triangles(bytes: &[u8], count: usize, size: usize) -> Option<Vec<u8>> {
     let (&header, data) = bytes.split_first()?;
     let version = header & 15;
@@ -81,82 +87,104 @@ pub fn triangles(bytes: &[u8], count: usize, size: usize) -> Option<Vec<u8>> {
     }
     let (codes, data) = data.split_at_checked(count / 3)?;
     let (data, table) = data.split_at_checked(data.len().checked_sub(16)?)?;
-    let mut reader = Reader { data, last: 0 };
-    let mut recent =
-        Recent { vertices: [u32::MAX; 16], edges: [(u32::MAX, u32::MAX); 16], next_vertex: 0, next_edge: 0 };
-    let coded = if version == 0 { 15 } else { 13 };
-    let mut decoded = Vec::with_capacity(codes.len() * 3 * size);
-    let mut next = 0_u32;
-    let fresh = |next: &mut u32| {
-        let vertex = *next;
-        *next = next.wrapping_add(1);
-        vertex
+    let mut decoder = TriangleDecoder {
+        reader: Reader { data, last: 0 },
+        recent: Recent::default(),
+        next: 0,
+        recent_codes: if version == 0 { 15 } else { 13 },
     };
+    let mut decoded = Vec::with_capacity(codes.len() * 3 * size);
     for &code in codes {
-        let (high, low) = (usize::from(code >> 4), code & 15);
-        let [a, b, c] = if high < 15 {
-            // On an edge that was there.
-            let (a, b) = recent.edge(1 + high);
-            let c = if low == 0 {
-                let c = fresh(&mut next);
-                recent.push_vertex(c);
-                c
-            } else if low < coded {
-                recent.vertex(1 + usize::from(low))
-            } else {
-                // One less or more than the last, or any.
-                let c = match low {
-                    15 => reader.index()?,
-                    _ => {
-                        let step = if low == 13 { u32::MAX } else { 1 };
-                        reader.last = reader.last.wrapping_add(step);
-                        reader.last
-                    }
-                };
-                recent.push_vertex(c);
-                c
-            };
-            recent.push_edges(&[(c, b), (a, c)]);
-            [a, b, c]
-        } else {
-            // Three vertices: a new one and two by a table, or each as the next byte says.
-            let (auxiliary, is_any) = match low {
-                14 | 15 => (reader.byte()?, low == 15),
-                _ => (table[usize::from(low)], false),
-            };
-            if low >= 14 && auxiliary == 0 {
-                next = 0;
-            }
-            let codes = [if is_any { 15 } else { 0 }, auxiliary >> 4, auxiliary & 15];
-            let mut corners = [0; 3];
-            // Those that are there already are looked up before any of these is noted.
-            for (corner, code) in corners.iter_mut().zip(codes) {
-                *corner = match code {
-                    0 => fresh(&mut next),
-                    15 if low >= 14 => 0,
-                    code => recent.vertex(usize::from(code)),
-                };
-            }
-            for (corner, code) in corners.iter_mut().zip(codes) {
-                if code == 15 && low >= 14 {
-                    *corner = reader.index()?;
-                }
-            }
-            for (position, (&corner, code)) in corners.iter().zip(codes).enumerate() {
-                if position == 0 || code == 0 || (code == 15 && low >= 14) {
-                    recent.push_vertex(corner);
-                }
-            }
-            let [a, b, c] = corners;
-            recent.push_edges(&[(b, a), (c, b), (a, c)]);
-            corners
+        let (high, low) = (code >> 4, code & 15);
+        let corners = match (high, low) {
+            (15, 14 | 15) => decoder.triangle_by_byte(low == 15)?,
+            (15, _) => decoder.triangle_by_table(table[usize::from(low)]),
+            _ => decoder.triangle_on_edge(usize::from(high), low)?,
         };
-        [a, b, c].into_iter().for_each(|index| push_index(&mut decoded, index, size));
+        corners.into_iter().for_each(|index| push_index(&mut decoded, index, size));
     }
-    reader.data.is_empty().then_some(decoded)
+    decoder.reader.data.is_empty().then_some(decoded)
 }
 
-/// So many indices of two or four bytes; `None` of a damaged stream.
+/// State between triangles.
+struct TriangleDecoder<'a> {
+    reader: Reader<'a>,
+    recent: Recent,
+    /// Vertex that is named next for the first time.
+    next: u32,
+    /// Codes below are of recent vertices.
+    recent_codes: u8,
+}
+
+impl TriangleDecoder<'_> {
+    /// Names the next vertex.
+    fn fresh(&mut self) -> u32 {
+        let vertex = self.next;
+        self.next = vertex.wrapping_add(1);
+        vertex
+    }
+
+    /// Triangle on a recent edge, with a new vertex, a recent one, the one before or behind the last, or any.
+    fn triangle_on_edge(&mut self, edge: usize, code: u8) -> Option<[u32; 3]> {
+        let (a, b) = self.recent.edge(1 + edge);
+        let is_recent = (1..self.recent_codes).contains(&code);
+        let c = match code {
+            0 => self.fresh(),
+            code if is_recent => self.recent.vertex(1 + usize::from(code)),
+            15 => self.reader.index()?,
+            code => {
+                let step = if code == 13 { u32::MAX } else { 1 };
+                self.reader.last = self.reader.last.wrapping_add(step);
+                self.reader.last
+            }
+        };
+        if !is_recent {
+            self.recent.push_vertex(c);
+        }
+        self.recent.push_edges(&[(c, b), (a, c)]);
+        Some([a, b, c])
+    }
+
+    /// Triangle of a new vertex and of two that are new or recent.
+    fn triangle_by_table(&mut self, code: u8) -> [u32; 3] {
+        let a = self.fresh();
+        let codes = [code >> 4, code & 15];
+        // Look recent vertices up before any of these is pushed
+        let [b, c] = codes.map(|code| self.fresh_or_recent(code));
+        self.recent.push_vertex(a);
+        for (vertex, _) in [b, c].into_iter().zip(codes).filter(|(_, code)| *code == 0) {
+            self.recent.push_vertex(vertex);
+        }
+        self.recent.push_edges(&[(b, a), (c, b), (a, c)]);
+        [a, b, c]
+    }
+
+    /// Triangle of vertices that are new, recent or any, as the next byte says; the first is new or any.
+    fn triangle_by_byte(&mut self, first_is_any: bool) -> Option<[u32; 3]> {
+        let code = self.reader.byte()?;
+        if code == 0 {
+            self.next = 0;
+        }
+        let codes = [if first_is_any { 15 } else { 0 }, code >> 4, code & 15];
+        // Look recent vertices up before any of these is pushed, then read the others
+        let mut corners = codes.map(|code| if code == 15 { 0 } else { self.fresh_or_recent(code) });
+        for (corner, _) in corners.iter_mut().zip(codes).filter(|(_, code)| *code == 15) {
+            *corner = self.reader.index()?;
+        }
+        for (corner, _) in corners.into_iter().zip(codes).filter(|(_, code)| matches!(code, 0 | 15)) {
+            self.recent.push_vertex(corner);
+        }
+        let [a, b, c] = corners;
+        self.recent.push_edges(&[(b, a), (c, b), (a, c)]);
+        Some(corners)
+    }
+
+    fn fresh_or_recent(&mut self, code: u8) -> u32 {
+        if code == 0 { self.fresh() } else { self.recent.vertex(usize::from(code)) }
+    }
+}
+
+/// Decodes so many indices of two or four bytes; `None` of a damaged stream.
 pub fn sequence(bytes: &[u8], count: usize, size: usize) -> Option<Vec<u8>> {
     let (&header, data) = bytes.split_first()?;
     if header & 0xF0 != 0xD0 || header & 15 > 1 || data.len() < count.checked_add(4)? {

@@ -1,4 +1,4 @@
-//! What the format's author's own tests say that streams hold [meshoptimizer, demo/tests.cpp], and what damage does to them.
+//! Streams of the tests of the format's author [meshoptimizer, demo/tests.cpp], and damaged ones.
 
 use super::{attributes, filter, indices};
 
@@ -65,7 +65,7 @@ fn bytes(numbers: &[u16]) -> Vec<u8> {
 }
 
 #[test]
-fn indices_are_what_they_were() {
+fn streams_of_the_author_decode_to_their_indices() {
     let decoded = |stream, count| words(&indices::triangles(stream, count, 4).unwrap());
     let plain = [0, 1, 2, 2, 1, 3, 4, 6, 5, 7, 8, 9];
     assert_eq!(decoded(TRIANGLES_0, 12), plain);
@@ -78,7 +78,7 @@ fn indices_are_what_they_were() {
 }
 
 #[test]
-fn attributes_are_what_they_were() {
+fn streams_of_the_author_decode_to_their_attributes() {
     for stream in [ATTRIBUTES_0, ATTRIBUTES_1, ATTRIBUTES_1_ALL] {
         assert_eq!(attributes::decode(stream, 4, 12).unwrap(), bytes(VERTICES.as_flattened()));
     }
@@ -112,7 +112,7 @@ fn filters_are_undone() {
 }
 
 #[test]
-fn damage_and_cuts_are_refused_or_give_other_numbers() {
+fn damaged_and_cut_streams_are_refused_or_give_other_numbers() {
     type Decode = fn(&[u8]) -> Option<Vec<u8>>;
     let streams: [(&[u8], Decode); 6] = [
         (TRIANGLES_0, |bytes| indices::triangles(bytes, 12, 4)),

@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::corner::Corner;
 use crate::geometry::MAX_COORDINATE;
 
-/// Triangles are huge that are so many times as long as all smaller ones together are wide: then a ray leaves them at
+/// Ratio of the length of a triangle to the width of all smaller ones together from which on it is huge: then a ray leaves it at
 /// more than a thousandth of that width (`offset::clearance` is 2^-19 of the largest coordinate).
 const HUGE: f64 = 1024.0;
 
@@ -19,10 +19,10 @@ const HUGE: f64 = 1024.0;
 /// factor below 2 sqrt(3) (Weitzenboeck's inequality).
 const GRADE: f64 = 2.0;
 
-/// Triangles that splitting adds at most; a plain of 200 km around 0.3 m takes some hundred.
+/// Number of triangles that splitting adds at most; a plain of 200 km around 0.3 m takes some hundred.
 const MAX_ADDED: usize = 1 << 20;
 
-/// A ball around things that are small beside the rest of the scene.
+/// Ball around things that are small beside the rest of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detail {
     /// Its centre (m).
@@ -40,7 +40,7 @@ struct Size {
     bounds: [DVec3; 2],
 }
 
-/// The small things of a scene of these triangles, the smallest first; none in most scenes.
+/// Finds the small things of a scene of these triangles, the smallest first; none in most scenes.
 ///
 /// Triangles are huge beside all smaller ones only where no triangle has a length between, over ten powers of two: they need
 /// not be sorted.
@@ -71,7 +71,7 @@ pub fn details(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<Detail> {
     found
 }
 
-/// Splits triangles, with what else there is of each, around small things; the others stay as they are, in their order.
+/// Splits triangles, with the other properties of each, around small things; the others stay as they are, in their order.
 pub fn split<T: Copy>(details: &[Detail], corners: &mut Vec<[Corner; 3]>, rest: &mut Vec<T>) {
     if details.is_empty() {
         return;

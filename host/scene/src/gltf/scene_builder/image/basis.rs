@@ -5,7 +5,7 @@ use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use crate::texture::Image;
 use caustics_files::caught::caught;
 
-/// What such a file begins with.
+/// First bytes of such a file.
 const MAGIC: &[u8] = b"\xABKTX 20\xBB\r\n\x1A\n";
 /// Colour models of the descriptor of formats that are unpacked: ETC1S and UASTC.
 const MODELS: [u8; 2] = [163, 166];
@@ -35,7 +35,7 @@ pub fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     word(bytes, 20).zip(word(bytes, 24)).ok_or_else(|| "cannot be decoded: its header is cut off".into())
 }
 
-/// The finest level of a file whose size was checked.
+/// Decodes the finest level of a file whose size was checked.
 pub fn read(bytes: &[u8]) -> Result<Image, String> {
     let (width, height) = size(bytes)?;
     let model = word(bytes, 48).and_then(|descriptor| bytes.get((descriptor as usize).checked_add(12)?));
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plain_block_is_its_colour() {
+    fn a_block_of_one_colour_decodes_to_it() {
         let file = plain([10, 20, 200, 128]);
         assert!(is_ktx(&file));
         let image = read(&file).unwrap();
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn damaged_files_are_refused_or_other_pictures() {
+    fn damaged_files_are_refused_or_give_other_images() {
         let file = plain([10, 20, 200, 128]);
         for at in 0..file.len() {
             assert!(read(&file[..at]).is_err(), "cut at {at}");

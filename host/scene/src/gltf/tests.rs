@@ -24,6 +24,7 @@ mod shown;
 mod textures;
 mod translated;
 mod types;
+mod verdicts;
 
 /// A right triangle of area 0.5 m^2 that emits, and a camera.
 fn tiny() -> Value {

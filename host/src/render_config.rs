@@ -384,8 +384,8 @@ mod tests {
         let identity = |light_paths| config(light_paths).run_identity();
         assert_eq!(identity(Paths::PerPixel(1.0)), identity(Paths::Count(96 * 54)));
         assert_ne!(identity(Paths::PerPixel(2.0)), identity(Paths::Count(96 * 54)));
-        let most = config(Paths::Auto).max_light_paths();
-        assert_ne!(identity(Paths::Auto), identity(Paths::Count(most)));
+        let max = config(Paths::Auto).max_light_paths();
+        assert_ne!(identity(Paths::Auto), identity(Paths::Count(max)));
     }
 
     /// Results of sweeps and references that were kept before are known by this text.

@@ -2,7 +2,7 @@
 //! finds the light that is no caustic [Moreau and Doggett 2022, section 3.1].
 //!
 //! The loop of [`trace_camera_path`] reads in the order in which it runs. Why light samples come before the lobes of a vertex, shadow
-//! rays after them, and why there is one exit: see [`scratch`](super::scratch).
+//! rays after them, and why there is one exit: see [`scratch`].
 
 mod state;
 

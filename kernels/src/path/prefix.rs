@@ -130,7 +130,7 @@ fn scatter_cone(cone: RayCone, vertex: &Vertex, scattered: &BsdfSample) -> RayCo
     }
 }
 
-/// Turns the pencil at a specular event. It is read again where it is used, see [`scratch`](super::scratch).
+/// Turns the pencil at a specular event. It is read again where it is used, see `path::scratch`.
 #[inline(always)]
 fn scatter_pencil(
     hit: &Hit,

@@ -12,11 +12,11 @@ use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::Method;
-use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
-use crate::path::observer::{CollectionPoint, PathObserver};
-use crate::path::camera_path::{CameraPathLight, CameraSuffix};
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::display::DISPLAY;
+use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
+use crate::path::camera_path::{CameraPathLight, CameraSuffix};
+use crate::path::observer::{CollectionPoint, PathObserver};
 use crate::platform::{Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;

@@ -32,8 +32,8 @@ use crate::math::quanta::Quanta;
 use crate::method::frame::frame_steps;
 #[cfg(not(target_arch = "spirv"))]
 use crate::method::{Method, Parts};
-use crate::path::photon_sink::PhotonSink;
 use crate::pass::shoot::shoot;
+use crate::path::photon_sink::PhotonSink;
 use crate::platform::{AtomicWords, Atomics, Record, scratch};
 use crate::surface::class::Classes;
 use crate::surface::scatter::BsdfSample;

@@ -43,7 +43,7 @@ fn slots(material: &JsonMaterial) -> impl Iterator<Item = Slot<'_>> {
         ("emissiveTexture", Role::Color, &material.emissive_texture),
         ("normalTexture", Role::Normal, &material.normal_texture),
     ];
-    all.into_iter().filter_map(|(name, role, info)| Some(Slot { name, role, info: info.as_ref()? }))
+    all.into_iter().filter_map(|(name, role, info)| Some(Slot { name, role, info: info.as_deref()? }))
 }
 
 /// Reads the textures of all materials and loads their images.

@@ -76,9 +76,9 @@ fn verdict(corpus: &str, path: &Path) -> String {
 
 /// Lines that one table has and the other lacks.
 fn differences(ours: &str, committed: &str) -> Vec<String> {
-    let lacking = |from: &str, of: &str, sign: char| -> Vec<String> {
-        let known: std::collections::HashSet<&str> = of.lines().collect();
-        let lines = from.lines().filter(|line| !known.contains(line));
+    let lacking = |table: &str, other: &str, sign: char| -> Vec<String> {
+        let known: std::collections::HashSet<&str> = other.lines().collect();
+        let lines = table.lines().filter(|line| !known.contains(line));
         lines.map(|line| format!("{sign} {line}")).collect()
     };
     let mut found = lacking(committed, ours, '-');

@@ -11,7 +11,8 @@ use crate::gltf::document::sections::{
 use crate::texture::Image;
 
 /// Memory that a copy of a material takes, in lists that grow to twice their length (bytes).
-const MATERIAL_BYTES: u64 = 2 * (size_of::<json::Material>() + size_of::<JsonMaterial>()) as u64;
+const MATERIAL_BYTES: u64 =
+    (2 * (size_of::<json::Material>() + size_of::<JsonMaterial>()) + 4 * size_of::<TextureInfo>()) as u64;
 /// Memory that a byte of a JSON text takes as a value, at most about (bytes).
 const JSON_BYTES: u64 = 64;
 /// Wrap that clamps, as OpenGL numbers it.
@@ -47,7 +48,7 @@ impl Baker<'_, '_> {
         sections.images.push(JsonImage { name: None, content: ImageContent::VertexColors(image) });
         sections.samplers.push(JsonSampler { wrap_s: wrap, wrap_t: wrap, mag_filter: None });
         sections.textures.push(JsonTexture { source: Some(source), sampler: Some(sampler) });
-        let texture = TextureInfo { index: Some(index), ..TextureInfo::default() };
+        let texture = Box::new(TextureInfo { index: Some(index), ..TextureInfo::default() });
         sections.materials[copy].pbr_metallic_roughness.base_color_texture = Some(texture);
         self.model.atlases.insert(copy, atlas);
         Ok(Index::new(copy as u32))

@@ -7,11 +7,13 @@ use super::or_default;
 
 /// Materials; `extras.priority` may be any JSON.
 pub fn read(document: &Value) -> Result<Vec<JsonMaterial>, serde_json::Error> {
-    let read = |material: &Value| {
+    let materials = document["materials"].as_array().map_or(&[][..], Vec::as_slice);
+    let mut read = Vec::with_capacity(materials.len());
+    for material in materials {
         let priority = material["extras"].get("priority").cloned();
-        Ok(JsonMaterial { priority, ..JsonMaterial::deserialize(material)? })
-    };
-    document["materials"].as_array().into_iter().flatten().map(read).collect()
+        read.push(JsonMaterial { priority, ..JsonMaterial::deserialize(material)? });
+    }
+    Ok(read)
 }
 
 /// Material, as far as textures need it.
@@ -24,9 +26,9 @@ pub struct JsonMaterial {
     #[serde(deserialize_with = "or_default")]
     pub pbr_metallic_roughness: JsonMetallicRoughness,
     /// Texture of the emission.
-    pub emissive_texture: Option<TextureInfo>,
+    pub emissive_texture: Option<Box<TextureInfo>>,
     /// Normal map.
-    pub normal_texture: Option<TextureInfo>,
+    pub normal_texture: Option<Box<TextureInfo>>,
     /// Use of alpha: OPAQUE, MASK or BLEND.
     pub alpha_mode: Option<String>,
     /// Alpha from which on the surface is there.
@@ -46,9 +48,9 @@ pub struct JsonMetallicRoughness {
     /// Factors of red, green, blue and alpha.
     pub base_color_factor: Option<[f64; 4]>,
     /// Texture of the base colour.
-    pub base_color_texture: Option<TextureInfo>,
+    pub base_color_texture: Option<Box<TextureInfo>>,
     /// Texture of roughness and metal.
-    pub metallic_roughness_texture: Option<TextureInfo>,
+    pub metallic_roughness_texture: Option<Box<TextureInfo>>,
 }
 
 /// Extensions of a material.

@@ -30,7 +30,7 @@ fn is_sound(bytes: &[u8], width: u32, height: u32) -> bool {
     one_image && number(96).is_some_and(|claimed| claimed <= 16 * blocks)
 }
 
-/// Width and height by the header [texels].
+/// Width and height by the header (texels).
 pub fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     word(bytes, 20).zip(word(bytes, 24)).ok_or_else(|| "cannot be decoded: its header is cut off".into())
 }

@@ -7,8 +7,6 @@ use super::json;
 use crate::SceneError;
 use caustics_files::memory::json_tree_bytes;
 
-pub use self::missing_extension::MissingExtension;
-
 mod missing_extension;
 mod shape;
 pub mod translate;

@@ -5,12 +5,20 @@ use std::path::Path;
 
 use gltf::json::Index;
 
-use super::checked_json::MissingExtension;
 use super::options::LoadOptions;
 use super::warning::Warnings;
 use crate::SceneError;
 use caustics_files::memory::{Budget, Short};
 use caustics_files::text::cut;
+
+/// Required extension that is not supported.
+#[derive(Clone, Debug)]
+pub struct MissingExtension {
+    /// Its name.
+    pub extension: String,
+    /// Advice to the user.
+    pub remedy: &'static str,
+}
 
 /// Characters of a name in messages at most.
 const MAX_NAME: usize = 80;

@@ -5,17 +5,8 @@ use serde_json::Value;
 
 use super::unsupported;
 use crate::SceneError;
-use crate::gltf::context::ImportContext;
+use crate::gltf::context::{ImportContext, MissingExtension};
 use caustics_files::text::cut;
-
-/// Required extension that is not supported.
-#[derive(Clone, Debug)]
-pub struct MissingExtension {
-    /// Its name.
-    pub extension: String,
-    /// Advice to the user.
-    pub remedy: &'static str,
-}
 
 /// Warns of required extensions that are not supported, and keeps the first for later errors. Refuses a document that has one
 /// where it is read strictly.

@@ -5,7 +5,7 @@
 //! 1. [`Container`]: a file is split into its JSON and its binary chunk.
 //! 2. [`CheckedJson`]: the JSON is parsed ([`json`]), its version and types are checked, extensions are translated.
 //!    [`Document`]: its members get types, its buffers are loaded.
-//! 3. [`Model`]: the passes of a list decode meshopt, Draco and vertex colours. Nothing changes the document any more.
+//! 3. [`decoding`]: the passes of a list decode meshopt, Draco and vertex colours. Nothing changes the document any more.
 //! 4. [`scene_builder`]: the node tree is walked, sharing is planned, images are decoded, meshes and materials are read, and the
 //!    tables are assembled.
 //!
@@ -18,7 +18,6 @@ use std::path::Path;
 use self::checked_json::CheckedJson;
 use self::container::Container;
 use self::context::ImportContext;
-use self::decoding::Model;
 use self::document::Document;
 use self::options::LoadOptions;
 use super::{Scene, SceneError};
@@ -89,6 +88,6 @@ fn run_stages(bytes: &[u8], context: &mut ImportContext<'_>) -> Result<Scene, Sc
     let container = Container::split(context.file, bytes)?;
     let json = CheckedJson::read(container.json, context)?;
     let document = Document::load(json, container.binary, context)?;
-    let model = Model::decode(document, context)?;
+    let model = decoding::decode(document, context)?;
     scene_builder::build(&model, context)
 }

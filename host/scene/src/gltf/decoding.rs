@@ -4,9 +4,8 @@
 //! only then.
 
 use std::collections::HashMap;
-use std::ops::Deref;
 
-use self::atlas::Atlas;
+use self::model::Model;
 use super::context::ImportContext;
 use super::document::Document;
 use crate::SceneError;
@@ -14,6 +13,7 @@ use crate::SceneError;
 pub mod atlas;
 mod draco;
 mod meshopt;
+pub mod model;
 mod vertex_colors;
 
 /// Pass that replaces a part of a model by plain buffers, materials and textures.
@@ -29,33 +29,11 @@ const PASSES: [DecodingPass; 3] = [
     vertex_colors::bake,
 ];
 
-/// Decoded document, of which a scene is built. Nothing changes it any more.
-pub struct Model {
-    document: Document,
-    /// Positions of triangles on images of vertex colours, by the index of the material.
-    atlases: HashMap<usize, Atlas>,
-}
-
-impl Model {
-    /// Decodes a document by all passes.
-    pub fn decode(document: Document, context: &mut ImportContext<'_>) -> Result<Model, SceneError> {
-        let mut model = Model { document, atlases: HashMap::new() };
-        for pass in PASSES {
-            pass(&mut model, context)?;
-        }
-        Ok(model)
+/// Decodes a document by all passes.
+pub fn decode(document: Document, context: &mut ImportContext<'_>) -> Result<Model, SceneError> {
+    let mut model = Model { document, atlases: HashMap::new() };
+    for pass in PASSES {
+        pass(&mut model, context)?;
     }
-
-    /// Positions of the triangles of a material on an image of vertex colours, if it shows one.
-    pub fn atlas(&self, material: usize) -> Option<Atlas> {
-        self.atlases.get(&material).copied()
-    }
-}
-
-impl Deref for Model {
-    type Target = Document;
-
-    fn deref(&self) -> &Document {
-        &self.document
-    }
+    Ok(model)
 }

@@ -8,7 +8,7 @@ use self::node::{WorldMesh, WorldNodes};
 use self::sharing::Sharing;
 use self::texture::MaterialMaps;
 use super::context::ImportContext;
-use super::decoding::Model;
+use super::decoding::model::Model;
 use crate::animation::NodeTree;
 use crate::motion::{Motion, OnNode};
 use crate::texture::TextureParts;

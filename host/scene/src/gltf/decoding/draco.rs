@@ -12,7 +12,7 @@ use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
 use self::decoded::{append_attribute, append_indices, check_size};
-use super::Model;
+use super::model::Model;
 use crate::SceneError;
 use crate::gltf::context::{ImportContext, label};
 use crate::gltf::document::Document;

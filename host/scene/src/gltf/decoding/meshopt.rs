@@ -6,7 +6,7 @@
 use gltf::json::Index;
 use gltf::json::validation::USize64;
 
-use super::Model;
+use super::model::Model;
 use crate::SceneError;
 use crate::gltf::context::ImportContext;
 use crate::gltf::document::Document;

@@ -10,8 +10,8 @@ use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 
-use super::Model;
 use super::atlas::Atlas;
+use super::model::Model;
 use crate::SceneError;
 use crate::gltf::accessor::AccessorReader;
 use crate::gltf::context::{ImportContext, label};

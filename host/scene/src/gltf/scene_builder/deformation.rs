@@ -10,7 +10,7 @@ use crate::SceneError;
 use crate::deformation::Deformation;
 use crate::gltf::accessor::AccessorReader;
 use crate::gltf::context::{ImportContext, label};
-use crate::gltf::decoding::Model;
+use crate::gltf::decoding::model::Model;
 use crate::gltf::document::Document;
 use crate::gltf::document::sections::JsonSkin;
 

@@ -3,7 +3,7 @@
 
 use super::image_based;
 use crate::gltf::context::ImportContext;
-use crate::gltf::decoding::Model;
+use crate::gltf::decoding::model::Model;
 use crate::gltf::document::{buffer, radiance};
 use crate::{EnvironmentMap, SceneError};
 

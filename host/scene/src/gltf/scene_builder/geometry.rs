@@ -14,7 +14,7 @@ use super::{huge, mesh};
 use crate::animation::Nodes;
 use crate::corner::Corner;
 use crate::gltf::context::ImportContext;
-use crate::gltf::decoding::Model;
+use crate::gltf::decoding::model::Model;
 use crate::instanced::{Instanced, MeshInstance, Stand};
 use crate::mesh::{Mesh, coordinates};
 use crate::texture::CornerCoordinates;

@@ -9,7 +9,7 @@ use glam::{DQuat, DVec2, DVec3, Vec3};
 
 use super::image::ImageReader;
 use crate::gltf::context::ImportContext;
-use crate::gltf::decoding::Model;
+use crate::gltf::decoding::model::Model;
 use crate::gltf::document::extension::{IMAGE_BASED as OWNER, ImageBasedLight};
 use crate::texture::{Image, srgb};
 use crate::{EnvironmentMap, SceneError};

@@ -9,7 +9,7 @@ use gltf::json::extensions::material::Volume;
 
 use crate::SceneError;
 use crate::gltf::context::{ImportContext, label};
-use crate::gltf::decoding::Model;
+use crate::gltf::decoding::model::Model;
 use crate::gltf::document::sections::JsonMaterial;
 use crate::texture::TextureParts;
 

@@ -10,8 +10,8 @@ use crate::SceneError;
 use crate::corner::Corner;
 use crate::gltf::accessor::AccessorReader;
 use crate::gltf::context::{ImportContext, label};
-use crate::gltf::decoding::Model;
 use crate::gltf::decoding::atlas::Atlas;
+use crate::gltf::decoding::model::Model;
 use crate::gltf::document::Document;
 use crate::gltf::primitive::{self, triangle_mode};
 

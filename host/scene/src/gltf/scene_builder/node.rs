@@ -11,7 +11,7 @@ use super::animation;
 use crate::animation::{NodeTree, Nodes};
 use crate::file_nodes::no_node;
 use crate::gltf::context::ImportContext;
-use crate::gltf::decoding::Model;
+use crate::gltf::decoding::model::Model;
 use crate::motion::OnNode;
 use crate::{PunctualLight, SceneCamera, SceneError};
 

@@ -6,7 +6,7 @@ use self::images::load;
 use self::sources::TextureSources;
 use crate::SceneError;
 use crate::gltf::context::{ImportContext, label};
-use crate::gltf::decoding::Model;
+use crate::gltf::decoding::model::Model;
 use crate::gltf::document::sections::{JsonMaterial, TextureInfo};
 use crate::texture::{Role, TextureParts};
 

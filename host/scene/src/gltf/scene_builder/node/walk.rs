@@ -8,7 +8,7 @@ use super::transform::{bytes, local, morph};
 use super::{WorldMesh, WorldNodes, camera, light};
 use crate::animation::{Channel, Local, Node, OfFile, Path, is_singular};
 use crate::gltf::context::{ImportContext, label};
-use crate::gltf::decoding::Model;
+use crate::gltf::decoding::model::Model;
 use crate::gltf::scene_builder::instancing;
 use crate::motion::OnNode;
 use crate::{PunctualLight, SceneError};

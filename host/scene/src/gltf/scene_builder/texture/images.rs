@@ -8,7 +8,7 @@ use caustics_kernels::interface::texture::MaterialTextures;
 use super::FLAT;
 use crate::SceneError;
 use crate::gltf::context::{ImportContext, label};
-use crate::gltf::decoding::Model;
+use crate::gltf::decoding::model::Model;
 use crate::gltf::scene_builder::image::ImageReader;
 use crate::texture::{self, Image, ImageTexture};
 

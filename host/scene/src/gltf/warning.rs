@@ -1,26 +1,25 @@
-//! Warnings: one line for each thing that is not rendered, however many elements ask for it.
+//! Warnings: one line for each thing that is not rendered, whoever asks for it and however often.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
 
-/// Number of elements at most that a line names.
+/// Who asks for one thing is named up to this many.
 const MAX_NAMED: usize = 3;
-/// Number of lines at most.
+/// Lines at most.
 const MAX_LINES: usize = 32;
 
 /// Notes, grouped.
 #[derive(Debug, Default)]
 pub struct Warnings {
-    /// Texts, and the first elements that ask for each, in the order of the notes.
+    /// What, and the first who ask for it, in the order of the notes.
     kinds: Vec<(String, Vec<String>)>,
-    /// All elements that ask for each, by kind.
+    /// All who ask for each, by kind.
     owners: Vec<HashSet<String>>,
-    /// Indices of the kinds by their texts.
     known: HashMap<String, usize>,
 }
 
 impl Warnings {
-    /// Notes that an element (empty: the file) asks for something that is not rendered. Repeated notes count once.
+    /// Notes that `owner` (empty: nobody) asks for `what` in vain. Once is enough.
     pub fn note(&mut self, owner: &str, what: impl Display) {
         let what = what.to_string();
         let id = *self.known.entry(what).or_insert_with_key(|what| {
@@ -33,7 +32,7 @@ impl Warnings {
         }
     }
 
-    /// Lines of all notes, each with the file's name.
+    /// The lines, of this file.
     pub fn lines(&self, file: &str) -> Vec<String> {
         let kinds = self.kinds.iter().zip(&self.owners);
         let line = |((what, named), owners): (&(String, Vec<String>), &HashSet<String>)| {

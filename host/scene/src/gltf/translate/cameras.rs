@@ -1,0 +1,21 @@
+//! Cameras: what nothing reads is not asked for.
+
+use serde_json::{Value, json};
+
+use super::element::elements;
+
+/// Leaves of cameras what is read: the field of view of perspective ones.
+pub fn reduce(document: &mut Value) {
+    for camera in elements(document, "cameras") {
+        let Some(members) = camera.as_object_mut() else { continue };
+        members.remove("orthographic");
+        let perspective = members.remove("perspective").filter(|lens| lens["yfov"].is_number());
+        if let Some(lens) =
+            perspective.filter(|_| members.get("type").is_none_or(|kind| kind == "perspective"))
+        {
+            let lens = json!({ "yfov": lens["yfov"], "aspectRatio": lens["aspectRatio"], "znear": 0.01 });
+            members.insert("perspective".into(), lens);
+        }
+        members.entry("type").or_insert(json!("perspective"));
+    }
+}

@@ -48,7 +48,7 @@ pub struct ComparedFrame {
     pub error_map: Option<Vec<Vec3>>,
 }
 
-/// What is left of a run configuration beside its records.
+/// Result of a run configuration beside its records.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Device and driver.

@@ -117,7 +117,7 @@ fn names<T: Named>() -> Vec<(&'static str, &'static str)> {
     T::all().into_iter().map(|value| (value.name(), value.description())).collect()
 }
 
-/// What is common to the rows of what has a name: a field of [`RenderConfig`](caustics::RenderConfig) and its type.
+/// Common part of parameters whose values have names: a field of [`RenderConfig`](caustics::RenderConfig) and its type.
 macro_rules! named {
     ($field:ident: $type:ty) => {
         Parameter {

@@ -1,4 +1,4 @@
-//! What an experiment measures: what its run configurations have in common.
+//! Plan of an experiment: settings and frames that its run configurations share.
 
 use std::ops::Range;
 

@@ -41,7 +41,7 @@ pub use survey::Survey;
 pub use sweep::SweepOptions;
 pub use view::Viewer;
 
-/// Parses what has a name, and describes its values in the help.
+/// Parses a value by its name, and describes all values in the help.
 fn named<T: Named>() -> impl TypedValueParser<Value = T> {
     let values = T::all().into_iter().map(|value| PossibleValue::new(value.name()).help(value.description()));
     PossibleValuesParser::new(values).try_map(|name| T::find(&name))

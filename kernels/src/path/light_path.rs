@@ -248,7 +248,8 @@ impl LightPath {
         }
     }
 
-    /// The light of the photon: flux over cosine, so that density estimation needs no cosine of the face normal.
+    /// The light of the photon: its flux over the cosine to the face normal, see
+    /// [`Receiver::contribution`](crate::gather::contribution::Receiver::contribution).
     #[inline(always)]
     fn photon_light(&self, here: &Vertex, emission: &EmissionSample) -> PhotonLight {
         PhotonLight {

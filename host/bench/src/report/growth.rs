@@ -67,7 +67,7 @@ struct Part {
     last: Slope,
 }
 
-/// What the configurations of a series share.
+/// Parameters that the configurations of a series share.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Name {
     /// Scene, method and gather.

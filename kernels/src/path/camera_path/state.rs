@@ -85,6 +85,7 @@ impl CameraPath {
         count_rare(traced.unexpected, Counter::UnexpectedFaces, counters);
         traced
     }
+
     /// Adds the radiance that a ray finds where it leaves the scene.
     #[inline(always)]
     pub fn add_environment(

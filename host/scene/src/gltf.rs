@@ -1,52 +1,41 @@
-//! Reads glTF 2.0 (.gltf, .glb) into [`SceneParts`]. Imports the crate gltf's document types.
+//! Reads glTF 2.0 (.gltf, .glb) into [`SceneParts`](super::SceneParts). Imports the crate gltf's document types.
 //!
-//! The document is walked by checked look-ups only: whatever a file holds, it gives a scene or an error. Photometric
-//! values are taken as radiometric ones, number for number.
+//! An import has four stages. Each takes the result of the one before, and gives its own or an error:
+//!
+//! 1. [`Container`]: a file is split into its JSON and its binary chunk.
+//! 2. [`CheckedJson`]: the JSON is parsed ([`json`]), its version and types are checked, extensions are translated.
+//!    [`Document`]: its members get types, its buffers are loaded.
+//! 3. [`decoding`]: the passes of a list decode meshopt, Draco and vertex colours. Nothing changes the document any more.
+//! 4. [`scene_builder`]: the node tree is walked, sharing is planned, images are decoded, meshes and materials are read, and the
+//!    tables are assembled.
+//!
+//! All stages share an [`ImportContext`]: the caller's options, the memory that may be taken, always before anything is decoded into
+//! it, and the warnings. Documents are walked by checked look-ups only: whatever a file holds, it gives a scene or an error.
+//! Photometric values are taken as radiometric ones, number for number.
 
 use std::path::Path;
 
-use gltf::json::mesh::Mode;
-use gltf::json::validation::Checked;
-
+use self::checked_json::CheckedJson;
+use self::container::Container;
+use self::context::ImportContext;
 use self::document::Document;
-use self::geometry::Geometry;
-use self::node::WorldMesh;
 use self::options::LoadOptions;
-use self::sharing::Sharing;
-use super::motion::Motion;
-use super::{Scene, SceneError, SceneParts};
+use super::{Scene, SceneError};
 use caustics_files::file::read_file;
 
 mod accessor;
-mod animation;
-mod atlas;
-mod buffer;
-mod colors;
-mod deformation;
+mod checked_json;
+mod container;
+mod context;
+mod decoding;
 mod document;
-mod draco;
-mod environment;
-mod extension;
 pub mod files;
-mod geometry;
-mod huge;
-mod image;
-mod image_based;
-mod instancing;
-mod material;
-mod mesh;
-mod meshopt;
-mod node;
+mod json;
 pub mod options;
-mod required;
-mod shape;
-mod sharing;
+mod primitive;
+mod scene_builder;
 #[cfg(test)]
 mod tests;
-mod texture;
-mod translate;
-mod unsupported;
-mod version;
 mod warning;
 
 impl Scene {
@@ -56,16 +45,16 @@ impl Scene {
     /// # Errors
     ///
     /// If the file cannot be read, is damaged, requires an extension that is not supported, or would not fit into memory. Every
-    /// error names the file and what to do. What is merely left out stands in [`Scene::warnings`].
+    /// error names the file and the remedy. [`Scene::warnings`] names elements that are merely left out.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
         Scene::load_with(path, &LoadOptions::default())
     }
 
-    /// Loads a .gltf or .glb file in a way of the caller's; what [`Scene::load`] says holds else.
+    /// Loads a .gltf or .glb file with options of the caller, else as [`Scene::load`].
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::load`], and with [`LoadOptions::strict`] where something would be replaced.
+    /// As [`Scene::load`], and with [`LoadOptions::strict`] where something would be replaced.
     pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
         let file = path.display().to_string();
         let bytes =
@@ -76,105 +65,29 @@ impl Scene {
     }
 }
 
-/// The file's stem, or its folder's name where the stem says nothing.
+/// Name of a scene: the file's stem, or its folder's name where the stem says nothing.
 fn scene_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default();
     let folder = path.parent().and_then(Path::file_name).filter(|_| stem == "scene");
     folder.unwrap_or(stem).to_string_lossy().into_owned()
 }
 
-/// Reads a scene that is one file, from its bytes.
+/// Imports a file that names no others, from its bytes.
 pub fn read_alone(bytes: &[u8]) -> Result<Scene, SceneError> {
     read("scene", bytes, Path::new("/no folder"), &LoadOptions::default())
 }
 
-/// Reads a scene from a file's bytes; other files are looked for in `folder`.
+/// Imports a file from its bytes; other files are looked for in `folder`.
 fn read(file: &str, bytes: &[u8], folder: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
-    let document = Document::read(file, bytes, folder, options)?;
-    let lack = document.lack.clone();
-    scene_of(document).map_err(|error| required::without(lack, error))
+    let mut context = ImportContext::new(file, folder, options);
+    run_stages(bytes, &mut context).map_err(|error| context.explained(error))
 }
 
-/// What a document shows.
-fn scene_of(mut document: Document) -> Result<Scene, SceneError> {
-    let file = &document.file.clone();
-    meshopt::decompress(&mut document)?;
-    draco::decompress(&mut document)?;
-    colors::bake(&mut document)?;
-    let world = node::read(&mut document)?;
-
-    // Take memory before anything large is decoded; textures say what a mesh has to carry.
-    let sharing = Sharing::plan(&mut document, &world.meshes)?;
-    let texture::Read { mut parts, mappings } = texture::read(&mut document)?;
-    let mut geometry = Geometry::read(&mut document, &world, &mappings, &sharing)?;
-
-    if geometry.is_empty() {
-        return Err(nothing_to_see(&document, &world.meshes));
-    }
-
-    // Bring everything into a world around its origin.
-    let origin = geometry.centre(&world.nodes);
-    let (triangles, surfaces) = geometry.triangle_records(origin);
-    if !parts.textures.is_empty() {
-        parts.coordinates = geometry.coordinates();
-    }
-    let (lights, cameras) = (world.lights_around(file, origin)?, world.cameras_around(origin));
-    let (materials, material_names) = material::read_all(&mut document)?;
-    material::name_blended_media(&mut document, &materials, &material_names, &parts);
-    let moves = world.rig.joints.iter().any(|joint| joint.moves || !joint.morph.channels.is_empty());
-    let motion = moves.then_some(Motion { file: file.into(), cameras: world.cameras, lights: world.lights });
-
-    let textures = parts;
-    let name = file.clone();
-    let (owners, dropped) = (geometry.owners().collect(), geometry.dropped);
-    let mut parts = SceneParts {
-        name,
-        triangles,
-        surfaces,
-        materials,
-        material_names,
-        lights,
-        cameras,
-        textures,
-        origin,
-        owners,
-        instanced: geometry.into_instanced(),
-        rig: world.rig,
-        motion,
-        bounds: None,
-        bvh: document.options.bvh.clone(),
-    };
-    let has_floor = document.options.floor && !parts.is_empty();
-    if has_floor {
-        parts.add_floor();
-    }
-    let mut scene = parts.build()?;
-    if has_floor {
-        scene.additions.insert("floor", "a Lambertian square of albedo 0.5 under the bounds".into());
-    }
-    scene.dropped_triangles += dropped;
-    if let Some(map) = environment::read(&mut document)? {
-        scene.set_environment(map)?;
-    }
-    let warnings = document.warnings.lines(file).into_iter().chain(scene.warnings).collect();
-    Ok(Scene { background: document.background, warnings, ..scene })
-}
-
-/// The error of a document without triangles.
-fn nothing_to_see(document: &Document, meshes: &[WorldMesh]) -> SceneError {
-    let modes = meshes.iter().filter_map(|mesh| document.root.meshes.get(mesh.mesh.value()));
-    let mut modes = modes.flat_map(|mesh| &mesh.primitives).map(|primitive| primitive.mode);
-    let is_thin = modes.any(|mode| {
-        matches!(mode, Checked::Valid(Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip))
-    });
-    let (what, remedy) = match () {
-        () if is_thin => (
-            "has no triangles: points and lines are not rendered",
-            "make surfaces of them where they come from (in Blender: lines become curves with a bevel, points instances of a \
-             sphere; then convert them to meshes)",
-        ),
-        () if document.root.meshes.is_empty() => ("has no mesh", "export it with its objects"),
-        () => ("has no triangles", "add a mesh of triangles"),
-    };
-    SceneError::NothingToSee { file: document.file.clone(), what: what.into(), remedy }
+/// Runs the four stages.
+fn run_stages(bytes: &[u8], context: &mut ImportContext<'_>) -> Result<Scene, SceneError> {
+    let container = Container::split(context.file, bytes)?;
+    let json = CheckedJson::read(container.json, context)?;
+    let document = Document::load(json, container.binary, context)?;
+    let model = decoding::decode(document, context)?;
+    scene_builder::build(&model, context)
 }

@@ -1,44 +1,136 @@
 //! Accessors: numbers in buffers, of every type that glTF and KHR_mesh_quantization have.
 
+use std::fmt::Display;
+
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
 
-use self::bytes::{elements, substitutes, unsigned, wrong};
+use self::bytes::unsigned;
+use super::context::ImportContext;
 use super::document::Document;
 use crate::SceneError;
 
 mod bytes;
 
-/// N numbers an element, for whom `owner` names: floats, or integers of 8 or 16 bits, which are shares of their largest
-/// where the accessor is `normalized`. What is neither in a buffer nor replaced is zero.
-pub fn numbers<const N: usize>(
-    document: &Document,
-    index: Index<Accessor>,
-    owner: &str,
-) -> Result<Vec<[f32; N]>, SceneError> {
-    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-    let has_shape = matches!(accessor.type_, Checked::Valid(shape) if shape.multiplicity() == N);
-    let Some((size, read)) = component(accessor).filter(|_| has_shape).and_then(reader) else {
-        let what = format!("should hold {N} an element: floats, or integers of 8 or 16 bits");
-        return Err(wrong(document, index, owner, what));
-    };
-    let largest = largest(accessor);
-    let element = |bytes: &[u8]| std::array::from_fn(|number| share(read(&bytes[number * size..]), largest));
-    let mut all: Vec<[f32; N]> = match elements(document, index, accessor, owner, N * size)? {
-        Some(elements) => elements.map(element).collect(),
-        None => vec![[0.0; N]; accessor.count.0 as usize],
-    };
-    for (at, bytes) in substitutes(document, index, accessor, owner, N * size)? {
-        all[at] = element(bytes);
-    }
-    Ok(all)
+/// Reads accessors of a document for one owner; errors name the file and the owner.
+#[derive(Clone, Copy)]
+pub struct AccessorReader<'a> {
+    document: &'a Document,
+    file: &'a str,
+    owner: &'a str,
 }
 
-/// The number that bytes stand for.
+impl<'a> AccessorReader<'a> {
+    /// Reader of the accessors that an owner, such as a primitive, refers to.
+    pub fn new(document: &'a Document, context: &ImportContext<'a>, owner: &'a str) -> AccessorReader<'a> {
+        AccessorReader { document, file: context.file, owner }
+    }
+
+    /// Reads N numbers an element: floats, or integers of 8 or 16 bits, which are shares of their largest where the accessor is
+    /// `normalized`. Elements that are neither in a buffer nor replaced are zero.
+    pub fn numbers<const N: usize>(&self, index: Index<Accessor>) -> Result<Vec<[f32; N]>, SceneError> {
+        let accessor = self.get(index)?;
+        let has_shape = matches!(accessor.type_, Checked::Valid(shape) if shape.multiplicity() == N);
+        let Some((size, read)) = component(accessor).filter(|_| has_shape).and_then(reader) else {
+            let what = format!("should hold {N} an element: floats, or integers of 8 or 16 bits");
+            return Err(self.error(index, what));
+        };
+        let largest = largest(accessor);
+        let element =
+            |bytes: &[u8]| std::array::from_fn(|number| share(read(&bytes[number * size..]), largest));
+        let mut all: Vec<[f32; N]> = match self.elements(index, accessor, N * size)? {
+            Some(elements) => elements.map(element).collect(),
+            None => vec![[0.0; N]; accessor.count.0 as usize],
+        };
+        for (at, bytes) in self.substitutes(index, accessor, N * size)? {
+            all[at] = element(bytes);
+        }
+        Ok(all)
+    }
+
+    /// Reads one unsigned integer an element.
+    pub fn integers(&self, index: Index<Accessor>) -> Result<Vec<u32>, SceneError> {
+        let (accessor, size) = self.integer(index)?;
+        let mut all: Vec<u32> = match self.elements(index, accessor, size)? {
+            Some(elements) => elements.map(unsigned).collect(),
+            None => vec![0; accessor.count.0 as usize],
+        };
+        for (at, bytes) in self.substitutes(index, accessor, size)? {
+            all[at] = unsigned(bytes);
+        }
+        Ok(all)
+    }
+
+    /// Reads an attribute of as many elements as there are vertices; another number is refused before they are read.
+    pub fn vertex_attribute<const N: usize>(
+        &self,
+        index: Index<Accessor>,
+        vertices: usize,
+        name: &str,
+    ) -> Result<Vec<[f32; N]>, SceneError> {
+        let count = self.count(index)?;
+        if count != vertices as u64 {
+            let what = format!("has {count} {name}, but {vertices} positions");
+            return Err(SceneError::Mesh { file: self.file.into(), mesh: self.owner.into(), what });
+        }
+        self.numbers(index)
+    }
+
+    /// Number of elements of an accessor of any type, once those of its buffer view are known to be there. Reads none.
+    pub fn count(&self, index: Index<Accessor>) -> Result<u64, SceneError> {
+        let accessor = self.get(index)?;
+        let (Some(component), Checked::Valid(shape)) = (component(accessor), accessor.type_) else {
+            return Ok(0);
+        };
+        let size = component.size() * shape.multiplicity();
+        self.elements(index, accessor, size).map(|_| accessor.count.0)
+    }
+
+    /// Number of unsigned integers, once they are known to be there. Reads none.
+    pub fn integer_count(&self, index: Index<Accessor>) -> Result<u64, SceneError> {
+        let (accessor, size) = self.integer(index)?;
+        self.elements(index, accessor, size).map(|_| accessor.count.0)
+    }
+
+    /// Accessor of unsigned integers, and the size of one (bytes).
+    fn integer(&self, index: Index<Accessor>) -> Result<(&'a Accessor, usize), SceneError> {
+        let accessor = self.get(index)?;
+        let is_scalar = matches!(accessor.type_, Checked::Valid(Type::Scalar));
+        match component(accessor).filter(|_| is_scalar) {
+            Some(ComponentType::U8) => Ok((accessor, 1)),
+            Some(ComponentType::U16) => Ok((accessor, 2)),
+            Some(ComponentType::U32) => Ok((accessor, 4)),
+            _ => Err(self.error(index, "should hold one unsigned integer an element")),
+        }
+    }
+
+    fn get(&self, index: Index<Accessor>) -> Result<&'a Accessor, SceneError> {
+        let accessors = &self.document.root.accessors;
+        let missing = || self.index_error(self.owner, "accessor", index.value(), accessors.len());
+        accessors.get(index.value()).ok_or_else(missing)
+    }
+
+    /// Error of an accessor that does not fit.
+    fn error(&self, index: Index<Accessor>, what: impl Display) -> SceneError {
+        SceneError::Accessor {
+            file: self.file.into(),
+            accessor: index.value(),
+            owner: self.owner.into(),
+            what: what.to_string(),
+        }
+    }
+
+    /// Error of a reference to what is not there.
+    fn index_error(&self, owner: &str, kind: &'static str, index: usize, count: usize) -> SceneError {
+        SceneError::Index { file: self.file.into(), owner: owner.into(), kind, index, count }
+    }
+}
+
+/// Reads the number at the beginning of some bytes.
 type Read = fn(&[u8]) -> f32;
 
-/// Bytes of a component, and how they are read.
+/// Size of a component (bytes), and its reader.
 fn reader(component: ComponentType) -> Option<(usize, Read)> {
     Some(match component {
         ComponentType::F32 => (4, |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
@@ -50,7 +142,7 @@ fn reader(component: ComponentType) -> Option<(usize, Read)> {
     })
 }
 
-/// What the numbers of an accessor are shares of: its integers' largest where it is `normalized`, else 1.
+/// Divisor of the numbers of an accessor: its integers' largest where it is `normalized`, else 1.
 pub fn largest(accessor: &Accessor) -> f32 {
     match component(accessor).filter(|_| accessor.normalized) {
         Some(ComponentType::I8) => 127.0,
@@ -61,54 +153,9 @@ pub fn largest(accessor: &Accessor) -> f32 {
     }
 }
 
-/// What a number stands for as a share of `largest`; the least of signed integers is -1 too.
+/// Divides a number by `largest`; the least of signed integers becomes -1 too.
 pub fn share(number: f32, largest: f32) -> f32 {
     if largest == 1.0 { number } else { (number / largest).max(-1.0) }
-}
-
-/// One unsigned integer an element.
-pub fn integers(document: &Document, index: Index<Accessor>, owner: &str) -> Result<Vec<u32>, SceneError> {
-    let (accessor, size) = integer(document, index, owner)?;
-    let mut all: Vec<u32> = match elements(document, index, accessor, owner, size)? {
-        Some(elements) => elements.map(unsigned).collect(),
-        None => vec![0; accessor.count.0 as usize],
-    };
-    for (at, bytes) in substitutes(document, index, accessor, owner, size)? {
-        all[at] = unsigned(bytes);
-    }
-    Ok(all)
-}
-
-/// Elements of an accessor of any type, once those of its buffer view are known to be there; nothing is read.
-pub fn count(document: &Document, index: Index<Accessor>, owner: &str) -> Result<u64, SceneError> {
-    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-    let (Some(component), Checked::Valid(shape)) = (component(accessor), accessor.type_) else {
-        return Ok(0);
-    };
-    let size = component.size() * shape.multiplicity();
-    elements(document, index, accessor, owner, size).map(|_| accessor.count.0)
-}
-
-/// How many unsigned integers there are, once they are known to be there; none is read.
-pub fn integer_count(document: &Document, index: Index<Accessor>, owner: &str) -> Result<u64, SceneError> {
-    let (accessor, size) = integer(document, index, owner)?;
-    elements(document, index, accessor, owner, size).map(|_| accessor.count.0)
-}
-
-/// An accessor of unsigned integers, and the bytes of one.
-fn integer<'a>(
-    document: &'a Document,
-    index: Index<Accessor>,
-    owner: &str,
-) -> Result<(&'a Accessor, usize), SceneError> {
-    let accessor = document.get(&document.root.accessors, index, "accessor", owner)?;
-    let is_scalar = matches!(accessor.type_, Checked::Valid(Type::Scalar));
-    match component(accessor).filter(|_| is_scalar) {
-        Some(ComponentType::U8) => Ok((accessor, 1)),
-        Some(ComponentType::U16) => Ok((accessor, 2)),
-        Some(ComponentType::U32) => Ok((accessor, 4)),
-        _ => Err(wrong(document, index, owner, "should hold one unsigned integer an element")),
-    }
 }
 
 fn component(accessor: &Accessor) -> Option<ComponentType> {

@@ -1,25 +1,26 @@
-//! Warnings: one line for each thing that is not rendered, whoever asks for it and however often.
+//! Warnings: one line for each thing that is not rendered, however many elements ask for it.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
 
-/// Who asks for one thing is named up to this many.
+/// Number of elements at most that a line names.
 const MAX_NAMED: usize = 3;
-/// Lines at most.
+/// Number of lines at most.
 const MAX_LINES: usize = 32;
 
 /// Notes, grouped.
 #[derive(Debug, Default)]
 pub struct Warnings {
-    /// What, and the first who ask for it, in the order of the notes.
+    /// Texts, and the first elements that ask for each, in the order of the notes.
     kinds: Vec<(String, Vec<String>)>,
-    /// All who ask for each, by kind.
+    /// All elements that ask for each, by kind.
     owners: Vec<HashSet<String>>,
+    /// Indices of the kinds by their texts.
     known: HashMap<String, usize>,
 }
 
 impl Warnings {
-    /// Notes that `owner` (empty: nobody) asks for `what` in vain. Once is enough.
+    /// Notes that an element (empty: the file) asks for something that is not rendered. Repeated notes count once.
     pub fn note(&mut self, owner: &str, what: impl Display) {
         let what = what.to_string();
         let id = *self.known.entry(what).or_insert_with_key(|what| {
@@ -32,7 +33,7 @@ impl Warnings {
         }
     }
 
-    /// The lines, of this file.
+    /// Lines of all notes, each with the file's name.
     pub fn lines(&self, file: &str) -> Vec<String> {
         let kinds = self.kinds.iter().zip(&self.owners);
         let line = |((what, named), owners): (&(String, Vec<String>), &HashSet<String>)| {

@@ -26,7 +26,7 @@ fn triangles_are_counted_before_they_are_made() {
     refuses(load_as(&document, &binary, &all), &["copy", "more than 268435456 triangles"]);
     // Below that limit memory decides: 250 million triangles would take 175 GB.
     if caustics_files::memory::available()
-        .is_some_and(|available| available < 250_000_000 * sharing::TRIANGLE_BYTES)
+        .is_some_and(|available| available < 250_000_000 * scene_builder::sharing::TRIANGLE_BYTES)
     {
         let (document, binary) = many(1_000_000, 250);
         refuses(

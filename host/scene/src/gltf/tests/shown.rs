@@ -117,6 +117,6 @@ fn buffers_of_compressed_views_alone_need_no_bytes() {
         let views = json!([{ "buffer": 1, "extensions": compressed }, { "buffer": 2 }, { "buffer": 3 }]);
         json!({ "buffers": [{}, { "uri": uri }, {}, {}], "bufferViews": views })
     };
-    assert_eq!(extension::fallbacks(&views(Value::Null), true), [false, true, false, false]);
-    assert_eq!(extension::fallbacks(&views(json!("there.bin")), true), [false; 4]);
+    assert_eq!(document::extension::fallbacks(&views(Value::Null), true), [false, true, false, false]);
+    assert_eq!(document::extension::fallbacks(&views(json!("there.bin")), true), [false; 4]);
 }

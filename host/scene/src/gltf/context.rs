@@ -1,0 +1,173 @@
+//! Import of one file: its options, the memory that it may take, and what is noted about it.
+
+use std::fmt::Display;
+use std::path::Path;
+
+use gltf::json::Index;
+
+use super::options::LoadOptions;
+use super::warning::Warnings;
+use crate::SceneError;
+use caustics_files::memory::{Budget, Short};
+use caustics_files::text::cut;
+
+/// Required extension that is not supported.
+#[derive(Clone, Debug)]
+pub struct MissingExtension {
+    /// Its name.
+    pub extension: String,
+    /// Advice to the user.
+    pub remedy: &'static str,
+}
+
+/// Characters of a name in messages at most.
+const MAX_NAME: usize = 80;
+
+/// Context that all stages of an import share: settings go in, warnings come out.
+pub struct ImportContext<'a> {
+    /// Path of the file, for messages.
+    pub file: &'a str,
+    /// Folder of the file, in which the files that it names are looked for.
+    pub folder: &'a Path,
+    /// Options of the caller.
+    pub options: &'a LoadOptions,
+    /// First extension that the file requires and is read without.
+    pub missing_extension: Option<MissingExtension>,
+    /// Memory for what is yet to be read.
+    budget: Budget,
+    warnings: Warnings,
+}
+
+impl<'a> ImportContext<'a> {
+    /// Begins the import of a file; all memory that is available may be taken.
+    pub fn new(file: &'a str, folder: &'a Path, options: &'a LoadOptions) -> ImportContext<'a> {
+        let (budget, warnings) = (Budget::new(), Warnings::default());
+        ImportContext { file, folder, options, missing_extension: None, budget, warnings }
+    }
+
+    /// Notes that an element (empty: the file) asks for what is not rendered, or not as it asks for it.
+    pub fn warn(&mut self, owner: &str, what: impl Display) {
+        self.warnings.note(owner, what);
+    }
+
+    /// Notes what is wrong with an element and what is rendered instead. Returns the error where the file is read strictly.
+    pub fn replace(
+        &mut self,
+        owner: &str,
+        what: &str,
+        instead: &str,
+        error: SceneError,
+    ) -> Result<(), SceneError> {
+        if self.options.strict {
+            return Err(error);
+        }
+        self.warn(owner, format_args!("{what}; {instead}"));
+        Ok(())
+    }
+
+    /// Lines of all warnings.
+    pub fn warning_lines(&self) -> Vec<String> {
+        self.warnings.lines(self.file)
+    }
+
+    /// Takes memory for what is about to be read (bytes, by an estimate).
+    pub fn take(&mut self, bytes: u64, what: impl Display) -> Result<(), SceneError> {
+        self.budget.take(bytes).map_err(|Short { needed, available }| SceneError::Memory {
+            file: self.file.into(),
+            what: what.to_string(),
+            needed,
+            available,
+        })
+    }
+
+    /// Takes memory for what is freed before the next of its kind is read: the growth of the `largest` so far (bytes).
+    pub fn take_for_a_while(
+        &mut self,
+        bytes: u64,
+        largest: &mut u64,
+        what: impl Display,
+    ) -> Result<(), SceneError> {
+        self.take(bytes.saturating_sub(*largest), what)?;
+        *largest = bytes.max(*largest);
+        Ok(())
+    }
+
+    /// Looks up an index of an element in a list of the document.
+    pub fn get<'b, T>(
+        &self,
+        list: &'b [T],
+        index: Index<T>,
+        kind: &'static str,
+        owner: &str,
+    ) -> Result<&'b T, SceneError> {
+        let index = index.value();
+        list.get(index).ok_or_else(|| self.index_error(owner, kind, index, list.len()))
+    }
+}
+
+/// Errors of the file.
+impl ImportContext<'_> {
+    /// Error of a document that is no glTF.
+    pub fn document_error(&self, what: impl Display) -> SceneError {
+        SceneError::Document { file: self.file.into(), what: what.to_string() }
+    }
+
+    /// Error of an element that refers to what is not there.
+    pub fn index_error(&self, owner: &str, kind: &'static str, index: usize, count: usize) -> SceneError {
+        SceneError::Index { file: self.file.into(), owner: owner.into(), kind, index, count }
+    }
+
+    /// Error of what cannot be decompressed.
+    pub fn compressed_error(&self, what: impl Display) -> SceneError {
+        SceneError::Compressed { file: self.file.into(), what: what.to_string() }
+    }
+
+    /// Error of a mesh or a primitive.
+    pub fn mesh_error(&self, mesh: &str, what: impl Display) -> SceneError {
+        SceneError::Mesh { file: self.file.into(), mesh: mesh.into(), what: what.to_string() }
+    }
+
+    /// Error of a node, or of what stands on it.
+    pub fn node_error(&self, node: &str, what: impl Display) -> SceneError {
+        SceneError::Node { file: self.file.into(), node: node.into(), what: what.to_string() }
+    }
+
+    /// Error of an animation or one of its channels.
+    pub fn animation_error(&self, animation: &str, what: impl Display) -> SceneError {
+        SceneError::Animation { file: self.file.into(), animation: animation.into(), what: what.to_string() }
+    }
+
+    /// Error of a material with values out of range.
+    pub fn material_error(&self, material: &str, what: impl Display) -> SceneError {
+        SceneError::Material { file: self.file.into(), material: material.into(), what: what.to_string() }
+    }
+
+    /// Error of an image.
+    pub fn image_error(&self, image: usize, what: impl Display) -> SceneError {
+        SceneError::Image { file: self.file.into(), image, what: what.to_string() }
+    }
+
+    /// Error of an environment.
+    pub fn environment_error(&self, what: impl Display) -> SceneError {
+        SceneError::Environment { file: self.file.into(), what: what.to_string() }
+    }
+
+    /// Error of a file that is read without an extension which it requires: that may be why. All others stay as they are.
+    pub fn explained(&self, error: SceneError) -> SceneError {
+        match self.missing_extension.clone() {
+            None => error,
+            Some(MissingExtension { extension, remedy }) => SceneError::WithoutExtension {
+                file: self.file.into(),
+                extension,
+                remedy,
+                source: error.into(),
+            },
+        }
+    }
+}
+
+/// Name of an element in messages.
+pub fn label(kind: &str, index: usize, name: Option<&str>) -> String {
+    let named = |name: &str| format!("{kind} {:?}", cut(name, MAX_NAME));
+    name.map_or_else(|| format!("{kind} {index}"), named)
+}

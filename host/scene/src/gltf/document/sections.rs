@@ -1,0 +1,70 @@
+//! Sections of a document by types of the import, for what those of the crate gltf drop or take too literally.
+//!
+//! The JSON is checked before, so that every member has the type that is declared here, or is null.
+
+use std::collections::HashMap;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer};
+use serde_json::Value;
+
+use super::extension::{self, Compression, DracoPrimitive, InstanceAttributes};
+
+pub use self::animation::{JsonAnimation, JsonChannel, JsonKeys, JsonSkin};
+pub use self::material::{JsonMaterial, TextureInfo};
+pub use self::texture::{ImageContent, JsonImage, JsonSampler, JsonTexture};
+
+mod animation;
+mod material;
+mod texture;
+
+/// Sections, and extensions of the elements of others.
+pub struct Sections {
+    /// Animations.
+    pub animations: Vec<JsonAnimation>,
+    /// Skins.
+    pub skins: Vec<JsonSkin>,
+    /// Materials, for their textures.
+    pub materials: Vec<JsonMaterial>,
+    /// Textures.
+    pub textures: Vec<JsonTexture>,
+    /// Samplers of textures.
+    pub samplers: Vec<JsonSampler>,
+    /// Images.
+    pub images: Vec<JsonImage>,
+    /// Compression of each buffer view.
+    pub compressions: Vec<Option<Compression>>,
+    /// Primitives that are compressed.
+    pub draco: Vec<DracoPrimitive>,
+    /// Instances of the meshes of nodes, by the index of the node.
+    pub instances: HashMap<usize, InstanceAttributes>,
+}
+
+impl Sections {
+    /// Takes the sections that nothing else reads out of a document, and reads the others.
+    pub fn take(document: &mut Value) -> Result<Sections, serde_json::Error> {
+        Ok(Sections {
+            animations: list(document["animations"].take())?,
+            skins: list(document["skins"].take())?,
+            materials: material::read(document)?,
+            textures: list(document["textures"].take())?,
+            samplers: list(document["samplers"].take())?,
+            images: list(document["images"].take())?,
+            compressions: extension::compressions(document)?,
+            draco: extension::draco_primitives(document)?,
+            instances: extension::instances(document)?,
+        })
+    }
+}
+
+/// Elements of a section, none where there is none.
+fn list<T: DeserializeOwned>(section: Value) -> Result<Vec<T>, serde_json::Error> {
+    Ok(serde_json::from_value::<Option<Vec<T>>>(section)?.unwrap_or_default())
+}
+
+/// Reads a member, null as its default.
+pub fn or_default<'de, D: Deserializer<'de>, T: Default + Deserialize<'de>>(
+    member: D,
+) -> Result<T, D::Error> {
+    Ok(Option::deserialize(member)?.unwrap_or_default())
+}

@@ -1,0 +1,65 @@
+//! Animations and skins.
+
+use serde::Deserialize;
+
+use super::or_default;
+
+/// Animation.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct JsonAnimation {
+    /// Name.
+    pub name: Option<String>,
+    /// Members of nodes that it sets.
+    #[serde(deserialize_with = "or_default")]
+    pub channels: Vec<JsonChannel>,
+    /// Keys.
+    #[serde(deserialize_with = "or_default")]
+    pub samplers: Vec<JsonKeys>,
+}
+
+/// Channel of an animation.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct JsonChannel {
+    /// Index of its sampler.
+    pub sampler: Option<usize>,
+    /// Node that it sets.
+    #[serde(deserialize_with = "or_default")]
+    pub target: JsonTarget,
+}
+
+/// Target of a channel.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct JsonTarget {
+    /// Index of the node.
+    pub node: Option<usize>,
+    /// Member of the node.
+    pub path: Option<String>,
+}
+
+/// Sampler of an animation, by accessors.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct JsonKeys {
+    /// Times.
+    pub input: Option<u32>,
+    /// Values.
+    pub output: Option<u32>,
+    /// Name of the interpolation.
+    pub interpolation: Option<String>,
+}
+
+/// Skin.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub struct JsonSkin {
+    /// Name.
+    pub name: Option<String>,
+    /// Indices of its nodes.
+    #[serde(deserialize_with = "or_default")]
+    pub joints: Vec<usize>,
+    /// Accessor of a matrix for each of them.
+    pub inverse_bind_matrices: Option<u32>,
+}

@@ -1,0 +1,52 @@
+//! Extents of meshes, before anything of them is read.
+
+use gltf::json::mesh::{Mode, Semantic};
+use gltf::json::validation::Checked;
+
+use super::emits;
+use crate::SceneError;
+use crate::gltf::accessor::AccessorReader;
+use crate::gltf::context::{ImportContext, label};
+use crate::gltf::document::Document;
+use crate::gltf::primitive::attribute;
+use crate::gltf::scene_builder::node::WorldMesh;
+
+/// Numbers of a mesh's elements.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extent {
+    /// Number of triangles.
+    pub triangles: u64,
+    /// Number of triangles of primitives that emit.
+    pub emitting: u64,
+    /// Number of vertices of the largest primitive.
+    pub vertices: u64,
+}
+
+/// Counts the elements of a mesh by its accessors.
+pub fn extent(
+    document: &Document,
+    context: &ImportContext<'_>,
+    instance: &WorldMesh,
+) -> Result<Extent, SceneError> {
+    let mesh = context.get(&document.root.meshes, instance.mesh, "mesh", &instance.node)?;
+    let label = label("mesh", instance.mesh.value(), mesh.name.as_deref());
+    let mut extent = Extent::default();
+    for (index, primitive) in mesh.primitives.iter().enumerate() {
+        let owner = format!("{label}, primitive {index}");
+        let accessors = AccessorReader::new(document, context, &owner);
+        let positions = attribute(primitive, Semantic::Positions);
+        let vertices = positions.map_or(Ok(0), |positions| accessors.count(positions))?;
+        let corners = primitive.indices.map_or(Ok(vertices), |indices| accessors.integer_count(indices))?;
+        let triangles = match primitive.mode {
+            Checked::Valid(Mode::Triangles) => corners / 3,
+            Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => corners.saturating_sub(2),
+            _ => 0,
+        };
+        extent.triangles = extent.triangles.saturating_add(triangles);
+        if emits(document, primitive) {
+            extent.emitting = extent.emitting.saturating_add(triangles);
+        }
+        extent.vertices = extent.vertices.max(vertices);
+    }
+    Ok(extent)
+}

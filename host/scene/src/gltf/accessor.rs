@@ -1,32 +1,18 @@
 //! Accessors: numbers in buffers, of every type that glTF and KHR_mesh_quantization have.
 
-use std::fmt::Display;
-
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
 
 use self::bytes::unsigned;
-use super::context::ImportContext;
-use super::document::Document;
 use crate::SceneError;
 
-mod bytes;
+pub use self::reader::AccessorReader;
 
-/// Reads accessors of a document for one owner; errors name the file and the owner.
-#[derive(Clone, Copy)]
-pub struct AccessorReader<'a> {
-    document: &'a Document,
-    file: &'a str,
-    owner: &'a str,
-}
+mod bytes;
+mod reader;
 
 impl<'a> AccessorReader<'a> {
-    /// Reader of the accessors that an owner, such as a primitive, refers to.
-    pub fn new(document: &'a Document, context: &ImportContext<'a>, owner: &'a str) -> AccessorReader<'a> {
-        AccessorReader { document, file: context.file, owner }
-    }
-
     /// Reads N numbers an element: floats, or integers of 8 or 16 bits, which are shares of their largest where the accessor is
     /// `normalized`. Elements that are neither in a buffer nor replaced are zero.
     pub fn numbers<const N: usize>(&self, index: Index<Accessor>) -> Result<Vec<[f32; N]>, SceneError> {
@@ -103,27 +89,6 @@ impl<'a> AccessorReader<'a> {
             Some(ComponentType::U32) => Ok((accessor, 4)),
             _ => Err(self.error(index, "should hold one unsigned integer an element")),
         }
-    }
-
-    fn get(&self, index: Index<Accessor>) -> Result<&'a Accessor, SceneError> {
-        let accessors = &self.document.root.accessors;
-        let missing = || self.index_error(self.owner, "accessor", index.value(), accessors.len());
-        accessors.get(index.value()).ok_or_else(missing)
-    }
-
-    /// Error of an accessor that does not fit.
-    fn error(&self, index: Index<Accessor>, what: impl Display) -> SceneError {
-        SceneError::Accessor {
-            file: self.file.into(),
-            accessor: index.value(),
-            owner: self.owner.into(),
-            what: what.to_string(),
-        }
-    }
-
-    /// Error of a reference to what is not there.
-    fn index_error(&self, owner: &str, kind: &'static str, index: usize, count: usize) -> SceneError {
-        SceneError::Index { file: self.file.into(), owner: owner.into(), kind, index, count }
     }
 }
 

@@ -13,6 +13,7 @@ use crate::{Radiance, SceneError};
 
 pub mod buffer;
 pub mod extension;
+mod members;
 pub mod sections;
 
 /// Sections that the types of the crate gltf cannot parse, or that nothing reads of them.

@@ -4,7 +4,7 @@ use gltf::json::accessor::Accessor;
 use gltf::json::validation::Checked;
 use gltf::json::{Index, buffer};
 
-use super::AccessorReader;
+use super::reader::AccessorReader;
 use crate::SceneError;
 
 /// Elements at most of an accessor that no bytes stand behind, where the file has fewer bytes.

@@ -156,7 +156,7 @@ fn decode(
         let accessor = &document.root.accessors[attribute.accessor.value()];
         check_size(accessor, decoded.num_points())?;
         if let Entry::Vacant(entry) = accessors.entry(attribute.id) {
-            entry.insert(append_attribute(document, attribute, &decoded)?);
+            entry.insert(append_attribute(document, attribute.accessor, attribute.id, &decoded)?);
         }
     }
     Ok(DecodedStream { attributes: accessors, indices: append_indices(document, &decoded) })

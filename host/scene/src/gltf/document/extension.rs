@@ -7,7 +7,7 @@ use gltf::json::accessor::Accessor;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::sections::or_default;
+use super::members::or_default;
 
 /// Names of the compression of buffer views; both have the same members.
 const COMPRESSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];

@@ -4,11 +4,10 @@
 
 use std::collections::HashMap;
 
-use serde::de::DeserializeOwned;
-use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
 use super::extension::{self, Compression, DracoPrimitive, InstanceAttributes};
+use super::members::list;
 
 pub use self::animation::{JsonAnimation, JsonChannel, JsonKeys, JsonSkin};
 pub use self::material::{JsonMaterial, TextureInfo};
@@ -55,16 +54,4 @@ impl Sections {
             instances: extension::instances(document)?,
         })
     }
-}
-
-/// Elements of a section, none where there is none.
-fn list<T: DeserializeOwned>(section: Value) -> Result<Vec<T>, serde_json::Error> {
-    Ok(serde_json::from_value::<Option<Vec<T>>>(section)?.unwrap_or_default())
-}
-
-/// Reads a member, null as its default.
-pub fn or_default<'de, D: Deserializer<'de>, T: Default + Deserialize<'de>>(
-    member: D,
-) -> Result<T, D::Error> {
-    Ok(Option::deserialize(member)?.unwrap_or_default())
 }

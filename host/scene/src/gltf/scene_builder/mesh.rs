@@ -1,23 +1,22 @@
 //! Meshes: primitives as triangles with corners in the world.
 
-use glam::DAffine3;
-use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 
+use self::extent::emits;
 use super::node::WorldMesh;
 use super::texture::Mapping;
 use crate::SceneError;
 use crate::corner::Corner;
-use crate::gltf::accessor::AccessorReader;
 use crate::gltf::context::{ImportContext, label};
-use crate::gltf::decoding::atlas::Atlas;
 use crate::gltf::decoding::model::Model;
-use crate::gltf::document::Document;
-use crate::gltf::primitive::{self, triangle_mode};
+use crate::gltf::primitive::triangle_mode;
 
 pub use self::extent::{Extent, extent};
+pub use self::surface::Surface;
 
 mod extent;
+mod surface;
 mod vertices;
 
 /// Triangles of one primitive.
@@ -28,26 +27,6 @@ pub struct MeshPrimitive {
     pub emits: bool,
     /// Their corners, counter-clockwise seen from the front.
     pub triangles: Vec<[Corner; 3]>,
-}
-
-/// Whether a primitive's material emits.
-pub fn emits(document: &Document, primitive: &Primitive) -> bool {
-    let material = primitive.material.and_then(|material| document.root.materials.get(material.value()));
-    material.is_some_and(|material| material.emissive_factor.0 != [0.0; 3])
-}
-
-/// Primitive with triangles.
-pub struct Surface<'a> {
-    model: &'a Model,
-    /// The primitive.
-    pub primitive: &'a Primitive,
-    /// Its name in messages.
-    pub owner: String,
-    /// Index of its material.
-    pub material: usize,
-    mode: Mode,
-    mapping: Option<Mapping>,
-    atlas: Option<Atlas>,
 }
 
 /// Calls a function with every primitive of an instance that has triangles.
@@ -114,38 +93,4 @@ pub fn read(
 /// Corners of a triangle whose front a mirror turns over.
 pub fn turned_over([a, b, c]: [Corner; 3], is_mirrored: bool) -> [Corner; 3] {
     if is_mirrored { [a, c, b] } else { [a, b, c] }
-}
-
-impl Surface<'_> {
-    /// Reader of its accessors.
-    pub fn accessors<'a>(&'a self, context: &ImportContext<'a>) -> AccessorReader<'a> {
-        AccessorReader::new(self.model, context, &self.owner)
-    }
-
-    /// Reads the corners of its triangles, counter-clockwise, each one of so many vertices.
-    pub fn faces(&self, context: &ImportContext<'_>, vertices: usize) -> Result<Vec<[u32; 3]>, SceneError> {
-        let indices = primitive::indices(self.model, context, self.primitive, vertices, &self.owner)?;
-        Ok(primitive::faces(&indices, self.mode).collect())
-    }
-
-    /// Whether corners of its triangles have coordinates of their own, which no vertex has.
-    pub fn is_coloured(&self) -> bool {
-        self.atlas.is_some()
-    }
-
-    /// Gives the corners of a triangle their coordinates on an image of vertex colours, if there is one.
-    pub fn colour(&self, face: usize, [a, b, c]: &mut [Corner; 3]) {
-        if let Some(atlas) = self.atlas {
-            [a.uv, b.uv, c.uv] = atlas.corners(face);
-        }
-    }
-
-    /// Reads its vertices, placed.
-    pub fn vertices(
-        &self,
-        context: &mut ImportContext<'_>,
-        to_world: &DAffine3,
-    ) -> Result<Vec<Corner>, SceneError> {
-        vertices::read(self, context, to_world)
-    }
 }

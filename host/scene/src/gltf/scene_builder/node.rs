@@ -1,87 +1,24 @@
 //! Node tree of the default scene: positions of meshes, cameras and lights, in f64.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
-use glam::{DAffine3, DVec3};
+use gltf::json::Index;
 use gltf::json::scene::Node as JsonNode;
-use gltf::json::{Index, Mesh};
 
 use self::walk::Walk;
 use super::animation;
-use crate::animation::{NodeTree, Nodes};
+use crate::SceneError;
 use crate::file_nodes::no_node;
 use crate::gltf::context::ImportContext;
 use crate::gltf::decoding::model::Model;
-use crate::motion::OnNode;
-use crate::{PunctualLight, SceneCamera, SceneError};
+
+pub use self::world::{WorldMesh, WorldNodes};
 
 mod camera;
 mod light;
 mod transform;
 mod walk;
-
-/// Mesh in the world.
-#[derive(Clone)]
-pub struct WorldMesh {
-    /// Name of its node in messages.
-    pub node: String,
-    /// The mesh.
-    pub mesh: Index<Mesh>,
-    /// Its transform; that of a mesh that moves is left to the poses.
-    pub to_world: DAffine3,
-    /// Its node in the rig.
-    pub joint: usize,
-    /// Whether it moves.
-    pub moves: bool,
-    /// Index of its skin.
-    pub skin: Option<usize>,
-}
-
-/// Everything that stands in the world, not yet recentred.
-#[derive(Default)]
-pub struct WorldNodes {
-    /// The nodes.
-    pub rig: NodeTree,
-    /// Their transforms at time 0.
-    pub nodes: Nodes,
-    /// Index in the rig of each node of the file.
-    pub joint_of: HashMap<usize, usize>,
-    /// Meshes.
-    pub meshes: Vec<WorldMesh>,
-    /// Cameras.
-    pub cameras: Vec<OnNode<SceneCamera>>,
-    /// Punctual lights.
-    pub lights: Vec<OnNode<PunctualLight>>,
-}
-
-impl WorldNodes {
-    /// Punctual lights in a world around an origin (m); one that moves may have no direction yet.
-    pub fn lights_around(
-        &self,
-        context: &ImportContext<'_>,
-        origin: DVec3,
-    ) -> Result<Vec<PunctualLight>, SceneError> {
-        let mut lights = Vec::new();
-        for light in &self.lights {
-            match light.what.placed(&self.nodes.to_world[light.joint], origin) {
-                Some(light) => lights.push(light),
-                None if light.moves => {}
-                None => {
-                    let node = &self.rig.joints[light.joint].label;
-                    return Err(context.node_error(node, "its light has no direction (a scale of zero)"));
-                }
-            }
-        }
-        Ok(lights)
-    }
-
-    /// Cameras in a world around an origin (m).
-    pub fn cameras_around(&self, origin: DVec3) -> Vec<SceneCamera> {
-        let placed =
-            |camera: &OnNode<SceneCamera>| camera.what.placed(&self.nodes.to_world[camera.joint], origin);
-        self.cameras.iter().map(placed).collect()
-    }
-}
+mod world;
 
 /// Walks the nodes of the default scene, parents first.
 pub fn read(model: &Model, context: &mut ImportContext<'_>) -> Result<WorldNodes, SceneError> {

@@ -2,7 +2,7 @@
 
 use caustics_kernels::interface::texture::MaterialTextures;
 
-use self::images::load;
+use self::images::{FLAT, load};
 use self::sources::TextureSources;
 use crate::SceneError;
 use crate::gltf::context::{ImportContext, label};
@@ -15,9 +15,6 @@ pub use self::mapping::Mapping;
 mod images;
 mod mapping;
 mod sources;
-
-/// Substitute for a texture that is missing.
-const FLAT: &str = "its factor alone is rendered";
 
 /// Textures of all materials, without any triangle's coordinates yet.
 pub struct MaterialMaps {

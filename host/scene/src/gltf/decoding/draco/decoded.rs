@@ -6,7 +6,6 @@ use gltf::json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use gltf::json::buffer::View;
 use gltf::json::validation::{Checked, USize64};
 
-use super::DracoAttribute;
 use crate::gltf::accessor;
 use crate::gltf::document::Document;
 
@@ -20,14 +19,14 @@ pub fn check_size(accessor: &Accessor, points: usize) -> Result<(), String> {
     Err(format!("cannot be decompressed (Draco: {points} points instead of {declared})"))
 }
 
-/// Appends an accessor of the floats of an attribute.
+/// Appends an accessor of the floats of an attribute, by its accessor in the document and its id in the stream.
 pub fn append_attribute(
     document: &mut Document,
-    attribute: &DracoAttribute,
+    accessor: Index<Accessor>,
+    id: u64,
     decoded: &Mesh,
 ) -> Result<Index<Accessor>, String> {
-    let DracoAttribute { accessor, id, .. } = attribute;
-    let stored = u32::try_from(*id).ok().and_then(|id| decoded.attribute_by_unique_id(id));
+    let stored = u32::try_from(id).ok().and_then(|id| decoded.attribute_by_unique_id(id));
     let Some(stored) = stored else {
         return Err(format!("cannot be decompressed (Draco: there is no attribute {id})"));
     };

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::or_default;
+use crate::gltf::document::members::or_default;
 
 /// Animation.
 #[derive(Debug, Default, Deserialize)]

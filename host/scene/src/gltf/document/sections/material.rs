@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::or_default;
+use crate::gltf::document::members::or_default;
 
 /// Materials; `extras.priority` may be any JSON.
 pub fn read(document: &Value) -> Result<Vec<JsonMaterial>, serde_json::Error> {

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use super::{ImageReader, encoded};
+use super::encoded;
+use super::reader::ImageReader;
 use crate::gltf::checked_json::translate::specular_glossiness::{
     Converted, ConvertedImage, ConvertedPart, convert,
 };

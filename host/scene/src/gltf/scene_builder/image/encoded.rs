@@ -6,7 +6,8 @@ use std::panic::UnwindSafe;
 
 use image::{ImageFormat, ImageReader as Decoder, ImageResult, Limits};
 
-use super::{ImageReader, basis};
+use super::basis;
+use super::reader::ImageReader;
 use crate::gltf::document::buffer;
 use crate::gltf::document::sections::ImageContent;
 use crate::texture::{Image, MAX_SIDE};

@@ -1,9 +1,8 @@
 //! Extents of meshes, before anything of them is read.
 
-use gltf::json::mesh::{Mode, Semantic};
+use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::emits;
 use crate::SceneError;
 use crate::gltf::accessor::AccessorReader;
 use crate::gltf::context::{ImportContext, label};
@@ -49,4 +48,10 @@ pub fn extent(
         extent.vertices = extent.vertices.max(vertices);
     }
     Ok(extent)
+}
+
+/// Whether a primitive's material emits.
+pub fn emits(document: &Document, primitive: &Primitive) -> bool {
+    let material = primitive.material.and_then(|material| document.root.materials.get(material.value()));
+    material.is_some_and(|material| material.emissive_factor.0 != [0.0; 3])
 }

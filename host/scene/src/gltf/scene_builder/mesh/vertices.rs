@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, Vec2, Vec3};
 use gltf::json::mesh::Semantic;
 
-use super::Surface;
+use super::surface::Surface;
 use crate::SceneError;
 use crate::corner::{Corner, placed, turned};
 use crate::gltf::context::ImportContext;
@@ -21,42 +21,44 @@ struct Coordinates {
     tangents: Vec<[f32; 4]>,
 }
 
-/// Reads the vertices of a primitive.
-pub fn read(
-    surface: &Surface<'_>,
-    context: &mut ImportContext<'_>,
-    to_world: &DAffine3,
-) -> Result<Vec<Corner>, SceneError> {
-    let (primitive, owner) = (surface.primitive, &surface.owner);
-    let accessors = surface.accessors(context);
-    let positions = attribute(primitive, Semantic::Positions)
-        .ok_or_else(|| context.mesh_error(owner, "has no POSITION"))?;
-    let positions = accessors.numbers::<3>(positions)?;
-    let normals = attribute(primitive, Semantic::Normals)
-        .map(|normals| accessors.vertex_attribute::<3>(normals, positions.len(), "normals"))
-        .transpose()?;
-    let coordinates = match surface.mapping {
-        Some(mapping) => coordinates(surface, context, mapping, positions.len())?,
-        None => Coordinates::default(),
-    };
-
-    // Bring each vertex into the world
-    let turn = to_world.matrix3.inverse().transpose();
-    let mut corners = Vec::with_capacity(positions.len());
-    for (id, &position) in positions.iter().enumerate() {
-        let position = to_world.transform_point3(Vec3::from(position).as_dvec3());
-        if !position.is_finite() {
-            return Err(context.mesh_error(owner, format!("vertex {id} is not finite")));
-        }
-        let normal = match &normals {
-            Some(normals) => normal(context, &turn, normals[id], id, owner)?,
-            None => None,
+impl Surface<'_> {
+    /// Reads the vertices, placed.
+    pub fn vertices(
+        &self,
+        context: &mut ImportContext<'_>,
+        to_world: &DAffine3,
+    ) -> Result<Vec<Corner>, SceneError> {
+        let (primitive, owner) = (self.primitive, &self.owner);
+        let accessors = self.accessors(context);
+        let positions = attribute(primitive, Semantic::Positions)
+            .ok_or_else(|| context.mesh_error(owner, "has no POSITION"))?;
+        let positions = accessors.numbers::<3>(positions)?;
+        let normals = attribute(primitive, Semantic::Normals)
+            .map(|normals| accessors.vertex_attribute::<3>(normals, positions.len(), "normals"))
+            .transpose()?;
+        let coordinates = match self.mapping {
+            Some(mapping) => coordinates(self, context, mapping, positions.len())?,
+            None => Coordinates::default(),
         };
-        let uv = coordinates.uvs.get(id).copied().unwrap_or_default();
-        let tangent = coordinates.tangents.get(id).and_then(|&tangent| placed(to_world, tangent));
-        corners.push(Corner { position, normal, uv, tangent });
+
+        // Bring each vertex into the world
+        let turn = to_world.matrix3.inverse().transpose();
+        let mut corners = Vec::with_capacity(positions.len());
+        for (id, &position) in positions.iter().enumerate() {
+            let position = to_world.transform_point3(Vec3::from(position).as_dvec3());
+            if !position.is_finite() {
+                return Err(context.mesh_error(owner, format!("vertex {id} is not finite")));
+            }
+            let normal = match &normals {
+                Some(normals) => normal(context, &turn, normals[id], id, owner)?,
+                None => None,
+            };
+            let uv = coordinates.uvs.get(id).copied().unwrap_or_default();
+            let tangent = coordinates.tangents.get(id).and_then(|&tangent| placed(to_world, tangent));
+            corners.push(Corner { position, normal, uv, tangent });
+        }
+        Ok(corners)
     }
-    Ok(corners)
 }
 
 /// Normal of a vertex; none, with a warning, where it is not usable.

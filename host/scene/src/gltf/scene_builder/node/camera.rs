@@ -3,9 +3,9 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
+use gltf::json::scene::Node;
 use gltf::json::{Camera, Index};
 
-use super::walk::SourceNode;
 use crate::gltf::context::ImportContext;
 use crate::gltf::document::Document;
 use crate::{SceneCamera, SceneError};
@@ -15,9 +15,9 @@ pub fn read(
     document: &Document,
     context: &mut ImportContext<'_>,
     index: Index<Camera>,
-    node: &SourceNode<'_>,
+    node: &Node,
+    label: &str,
 ) -> Result<Option<SceneCamera>, SceneError> {
-    let label = &node.label;
     let camera = context.get(&document.root.cameras, index, "camera", label)?;
     let Some(lens) = &camera.perspective else {
         context.warn(label, "only perspective cameras are supported; left out");
@@ -28,7 +28,7 @@ pub fn read(
         context.replace(label, &what, "left out", context.node_error(label, &what))?;
         return Ok(None);
     }
-    let name = node.json.name.as_ref().or(camera.name.as_ref());
+    let name = node.name.as_ref().or(camera.name.as_ref());
     Ok(Some(SceneCamera {
         name: name.cloned().unwrap_or_else(|| format!("camera {}", index.value())),
         position: Vec3::ZERO,

@@ -5,7 +5,8 @@ use gltf::json::Index;
 use gltf::json::scene::Node as JsonNode;
 
 use super::transform::{bytes, local, morph};
-use super::{WorldMesh, WorldNodes, camera, light};
+use super::world::{WorldMesh, WorldNodes};
+use super::{camera, light};
 use crate::animation::{Channel, Local, Node, OfFile, Path, is_singular};
 use crate::gltf::context::{ImportContext, label};
 use crate::gltf::decoding::model::Model;
@@ -148,7 +149,7 @@ impl<'a> Walk<'a, '_> {
     pub fn add_camera(&mut self, node: &SourceNode<'_>, placement: &Placement) -> Result<(), SceneError> {
         let &Placement { joint, moves, is_flat, .. } = placement;
         if let Some(index) = node.json.camera.filter(|_| !is_flat) {
-            let camera = camera::read(self.model, self.context, index, node)?;
+            let camera = camera::read(self.model, self.context, index, node.json, &node.label)?;
             self.world.cameras.extend(camera.map(|what| OnNode { joint, moves, what }));
         }
         Ok(())

@@ -5,12 +5,14 @@ use std::collections::HashSet;
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::texture::MaterialTextures;
 
-use super::FLAT;
 use crate::SceneError;
 use crate::gltf::context::{ImportContext, label};
 use crate::gltf::decoding::model::Model;
 use crate::gltf::scene_builder::image::ImageReader;
 use crate::texture::{self, Image, ImageTexture};
+
+/// Substitute for a texture that is missing.
+pub const FLAT: &str = "its factor alone is rendered";
 
 /// Loads the images of textures, by their indices in the document. Records of materials lose textures whose image cannot be had.
 pub fn load(

@@ -26,9 +26,18 @@ pub mod photon_sink;
 pub mod prefix;
 pub mod scratch;
 
+use crate::interface::counters::Counter;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
+use crate::interface::ray::Ray;
 use crate::interface::scene::SceneTables;
+use crate::math::rng::Rng;
+use crate::platform::Atomics;
+use crate::surface::media::MediaStack;
+use crate::trace::Tracer;
+use crate::trace::initial_media::initial_media_stack;
+use crate::trace::through_media::{TracedSegment, trace_through_media};
+use spirv_std::glam::Vec3;
 
 /// The scene and the settings in which paths are traced.
 #[derive(Clone, Copy)]
@@ -39,4 +48,39 @@ pub struct PathContext<'a> {
     pub features: Features,
     /// Tables of the scene.
     pub scene: SceneTables<'a>,
+}
+
+impl PathContext<'_> {
+    /// The media around the origin of a path.
+    #[inline(always)]
+    fn initial_media<T: Tracer>(self, origin: Vec3, tracer: &mut T) -> MediaStack {
+        let mut media = MediaStack::VACUUM;
+        if self.features.has(Features::STARTS_IN_MEDIUM) {
+            media = initial_media_stack(origin, self.features, self.scene, tracer);
+        }
+        media
+    }
+
+    /// Traces a segment through the media around it, up to the first surface that no medium covers.
+    #[inline(always)]
+    fn trace_segment<T: Tracer>(
+        self,
+        ray: &mut Ray,
+        media: MediaStack,
+        rng: &Rng,
+        tracer: &mut T,
+    ) -> TracedSegment {
+        if self.features.has(Features::BLENDS) {
+            ray.key = rng.ray_key(0);
+        }
+        trace_through_media(ray, media, self.features, self.scene, tracer)
+    }
+}
+
+/// Counts what few paths have: an atomic sum costs more than the question whether there is anything to add.
+#[inline(always)]
+fn count_rare<C: Atomics>(counter: Counter, count: u32, counters: &mut C) {
+    if count != 0 {
+        counters.add(counter as u32, count);
+    }
 }

@@ -27,7 +27,6 @@ use crate::surface::class::Classes;
 use crate::surface::media::MediaStack;
 use crate::surface::vertex::Vertex;
 use crate::trace::Tracer;
-use crate::trace::initial_media::initial_media_stack;
 use spirv_std::glam::Vec3;
 
 /// Camera suffix: lobes by which a camera path goes on and finds lights behind its collection point.
@@ -193,10 +192,7 @@ impl Segment {
     /// The first segment.
     #[inline(always)]
     fn from_eye<T: Tracer>(ray: Ray, context: PathContext<'_>, tracer: &mut T) -> Segment {
-        let mut media = MediaStack::VACUUM;
-        if context.features.has(Features::STARTS_IN_MEDIUM) {
-            media = initial_media_stack(ray.origin, context.features, context.scene, tracer);
-        }
+        let media = context.initial_media(ray.origin, tracer);
         Segment {
             exists: true,
             ray,

@@ -2,9 +2,9 @@
 //! [Moreau and Doggett 2022, section 3.2]. A photon is stored where the first event of the path was specular, or with
 //! `Caustics::Any` any event before.
 
-use super::PathContext;
 use super::ledger::Ledger;
 use super::photon_sink::PhotonSink;
+use super::{PathContext, count_rare};
 use crate::interface::choice::Caustics;
 use crate::interface::counters::Counter;
 use crate::interface::features::Features;
@@ -23,8 +23,7 @@ use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::material_at;
 use crate::surface::vertex::{Vertex, vertex};
 use crate::trace::Tracer;
-use crate::trace::initial_media::initial_media_stack;
-use crate::trace::through_media::{TracedSegment, trace_through_media};
+use crate::trace::through_media::TracedSegment;
 use spirv_std::glam::Vec3;
 
 /// Traces the light path with this index and these random numbers. Returns the state that its sink carried along the path.
@@ -134,12 +133,9 @@ impl LightPath {
         context: PathContext<'_>,
         tracer: &mut T,
     ) -> LightPath {
-        let PathContext { params, features, scene } = context;
+        let PathContext { params, features, .. } = context;
         let flux = emission.flux / params.light_path_count as f32;
-        let mut media = MediaStack::VACUUM;
-        if features.has(Features::STARTS_IN_MEDIUM) {
-            media = initial_media_stack(emission.ray.origin, features, scene, tracer);
-        }
+        let media = context.initial_media(emission.ray.origin, tracer);
         let mut ledger = Ledger::new(params, index, features);
         ledger.emit(flux);
         LightPath {
@@ -161,12 +157,8 @@ impl LightPath {
     /// Traces a segment through the media around it, up to the first surface that no medium covers.
     #[inline(always)]
     fn trace_segment<T: Tracer>(&mut self, context: PathContext<'_>, tracer: &mut T) -> TracedSegment {
-        let PathContext { features, scene, .. } = context;
         self.rays += 1;
-        if features.has(Features::BLENDS) {
-            self.ray.key = self.rng.ray_key(0);
-        }
-        let traced = trace_through_media(&self.ray, self.media, features, scene, tracer);
+        let traced = context.trace_segment(&mut self.ray, self.media, &self.rng, tracer);
         self.media = traced.media;
         self.media_overflows += traced.overflows;
         self.unexpected_faces += traced.unexpected;
@@ -301,18 +293,10 @@ impl LightPath {
         self.ledger.close(index, params.inverse_quantum(), counters);
         counters.add(Counter::LightPaths as u32, 1);
         counters.add(Counter::LightRays as u32, self.rays);
-        add_rare(Counter::Photons, self.photons, counters);
-        add_rare(Counter::Cut, self.cut, counters);
-        add_rare(Counter::MediaOverflow, self.media_overflows, counters);
-        add_rare(Counter::UnexpectedFaces, self.unexpected_faces, counters);
-    }
-}
-
-/// Counts what most paths have none of.
-#[inline(always)]
-fn add_rare<C: Atomics>(counter: Counter, count: u32, counters: &mut C) {
-    if count != 0 {
-        counters.add(counter as u32, count);
+        count_rare(Counter::Photons, self.photons, counters);
+        count_rare(Counter::Cut, self.cut, counters);
+        count_rare(Counter::MediaOverflow, self.media_overflows, counters);
+        count_rare(Counter::UnexpectedFaces, self.unexpected_faces, counters);
     }
 }
 

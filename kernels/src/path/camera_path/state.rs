@@ -8,7 +8,6 @@ use crate::math::cone::RayCone;
 use crate::math::is_finite;
 use crate::math::rng::Rng;
 use crate::math::sampler::next4;
-use crate::path::PathContext;
 use crate::path::camera_ray::CameraPathStart;
 use crate::path::direct_light::{LightNumbers, choose_light_samples};
 use crate::path::emission::{environment_radiance, is_emitter, surface_emission};
@@ -16,6 +15,7 @@ use crate::path::observer::PathObserver;
 use crate::path::prefix::{advance_prefix, collection_point};
 use crate::path::scratch::light_samples::{self, LightSamples};
 use crate::path::scratch::{PathScratch, Sum};
+use crate::path::{PathContext, count_rare};
 use crate::platform::Atomics;
 use crate::surface::class::Classes;
 use crate::surface::dispersion::{Channel, is_mixed, needs_channel, part};
@@ -24,7 +24,7 @@ use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::material_at;
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
-use crate::trace::through_media::{TracedSegment, trace_through_media};
+use crate::trace::through_media::TracedSegment;
 use spirv_std::glam::Vec3;
 
 /// Share of the throughput at the collection point above which Russian roulette ends no path.
@@ -67,7 +67,7 @@ impl CameraPath {
         }
     }
 
-    /// Traces a segment through the media around it, up to the first surface that no medium covers.
+    /// Traces a segment, and counts at once what was rare on it: sums would be values that a path keeps.
     #[inline(always)]
     pub fn trace_segment<T: Tracer, C: Atomics>(
         &self,
@@ -76,13 +76,9 @@ impl CameraPath {
         tracer: &mut T,
         counters: &mut C,
     ) -> TracedSegment {
-        let PathContext { features, scene, .. } = context;
-        if features.has(Features::BLENDS) {
-            segment.ray.key = self.rng.ray_key(0);
-        }
-        let traced = trace_through_media(&segment.ray, segment.media, features, scene, tracer);
-        count_rare(traced.overflows, Counter::MediaOverflow, counters);
-        count_rare(traced.unexpected, Counter::UnexpectedFaces, counters);
+        let traced = context.trace_segment(&mut segment.ray, segment.media, &self.rng, tracer);
+        count_rare(Counter::MediaOverflow, traced.overflows, counters);
+        count_rare(Counter::UnexpectedFaces, traced.unexpected, counters);
         traced
     }
 
@@ -315,7 +311,7 @@ impl CameraPath {
         if exists && sampled.transmitted {
             // Radiance is compressed into the smaller solid angle of the denser side: eta^2 [Veach 1997, 5.2].
             throughput *= sampled.eta * sampled.eta;
-            count_rare(scattered.media_overflow.into(), Counter::MediaOverflow, counters);
+            count_rare(Counter::MediaOverflow, scattered.media_overflow.into(), counters);
         }
         self.in_delta_prefix = self.in_delta_prefix && sampled.pdf_solid_angle == 0.0;
         Segment {
@@ -364,12 +360,4 @@ impl CameraPath {
 #[inline(always)]
 fn candidates(in_prefix: bool, context: PathContext<'_>) -> LightCandidates {
     if in_prefix { LightCandidates::new(context.params) } else { LightCandidates::ONE }
-}
-
-/// Counts what is rare at once: a sum would be one more value that a path keeps.
-#[inline(always)]
-fn count_rare<C: Atomics>(times: u32, counter: Counter, counters: &mut C) {
-    if times != 0 {
-        counters.add(counter as u32, times);
-    }
 }

@@ -1,4 +1,4 @@
-"""Our renderer beside others at equal time: a table, and cells that `caustics report` draws.
+"""Our renderer beside others at equal time: a table, and run results that `caustics report` draws.
 
     python peers.py --output results/peers
 
@@ -29,7 +29,7 @@ ROOT = HERE.parent.parent
 OURS = "caustics progressive"
 REFERENCE_SEED = 0x7472
 
-# What `caustics compare` calls a metric, and what a cell of `caustics report` does.
+# What `caustics compare` calls a metric, and what a run result does.
 METRICS = {
     "relmse": "relmse",
     "relmse_trimmed": "relmse_trimmed",
@@ -62,7 +62,7 @@ def parse():
     parser.add_argument("--threads", type=int, default=renderers.cores())
     parser.add_argument("--reference-frames", type=int, default=2000)
     parser.add_argument("--caustics", default=str(ROOT / "target/release/caustics"), help="our program")
-    parser.add_argument("--output", type=Path, required=True, help="folder for images, table and cells")
+    parser.add_argument("--output", type=Path, required=True, help="folder for images, table and run results")
     options = parser.parse_args()
     options.budgets.sort()
     options.output.mkdir(parents=True, exist_ok=True)
@@ -185,11 +185,11 @@ def write(rows, bias, options):
     cells.mkdir(exist_ok=True)
     for number, row in enumerate(rows):
         identity = f"{number:016x}"
-        (cells / f"{identity}.json").write_text(json.dumps(cell(identity, row, options), indent=1))
+        (cells / f"{identity}.json").write_text(json.dumps(run_result(identity, row, options), indent=1))
 
 
-def cell(identity, row, options):
-    """The row as a cell of `caustics report`; its time is that of the whole picture."""
+def run_result(identity, row, options):
+    """The row as a run result of `caustics report`; its time is that of the whole picture."""
     width, height = options.size
     ms = 1e3 * row["seconds"]
     known = {ours: row[name] for name, ours in METRICS.items() if name != "energy_ratio"}
@@ -202,7 +202,7 @@ def cell(identity, row, options):
     error = size | {"seeds": options.seeds, "reference_frames": options.reference_frames, "image": None}
     error |= {"error_map": None, "reference": None} | known
     error["standard_errors"] = {key: value for key, value in off.items() if value is not None}
-    # One machine, one run: the renderers' versions do not tell cells apart.
+    # One machine, one run: the renderers' versions do not tell results apart.
     provenance = {"commit": "", "kernels": "", "device": f"{options.threads} threads", "seed": 0}
     provenance |= {"machine": platform.platform(), "wall_s": row["seconds"] * options.seeds, "unix_s": int(time.time())}
     return {"identity": identity, "cell": config, "time": time_of, "error": error, "frames": [], "provenance": provenance, "note": row["version"]}

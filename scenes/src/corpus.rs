@@ -84,6 +84,7 @@ line there, or put a file of at most 200 KB under CC0 here with a line in the se
 ```sh
 CAUSTICS_BLESS=1 cargo test --workspace -p caustics-scenes corpus
 CAUSTICS_BLESS=1 cargo test --workspace --test architecture corpus
+CAUSTICS_BLESS=1 cargo test --workspace -p caustics-scene verdicts
 ```
 
 All are CC0, as far as anybody can own a box.

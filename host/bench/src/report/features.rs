@@ -1,4 +1,4 @@
-//! What a scene does not need, and what leaving it out gains: pairs of run configurations that differ only in
+//! The report on features: what leaving out the code that a scene does not need gains. Compares pairs of run configurations that differ only in
 //! `features`.
 
 use caustics_kernels::interface::features::Features;

@@ -26,7 +26,7 @@ pub fn size(run: &Measured) -> String {
     time.or_else(error).map_or(String::new(), |(width, height)| format!("{width}×{height}"))
 }
 
-/// What is told apart by colour and shape: all that decides how a frame is rendered, but for numbers and positions.
+/// Configurations of one colour and shape in a chart: they differ in numbers and positions alone.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Series {
     /// Method, history and filter: the colour.
@@ -79,7 +79,7 @@ pub struct Names {
     origins_vary: Vec<&'static Origin>,
 }
 
-/// What may tell apart where run configurations were measured.
+/// Part of a provenance by which two series of one configuration may differ.
 type Origin = fn(&Provenance) -> String;
 
 const ORIGINS: [Origin; 4] = [

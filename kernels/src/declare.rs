@@ -1,5 +1,5 @@
-//! What a pass declares about itself (see the attribute [`pass`]), how a CPU calls it, and what frames are made of passes.
-//! Imports `interface`, `platform`, `math` and the trait of `light`; what the attribute makes stands in the pass's own file.
+//! Declarations: a pass with its attribute [`pass`], its call on a CPU, and the steps and variants that frames consist of.
+//! Imports `interface`, `platform`, `math` and the trait of `light`. The attribute makes its items in the pass's own file.
 
 pub use caustics_kernel_macros::pass;
 #[cfg(target_arch = "spirv")]
@@ -25,7 +25,8 @@ mod on_cpu;
 #[cfg(not(target_arch = "spirv"))]
 mod step;
 
-/// Declares the files of a kind of variant, a line each with its constants, and lists them as `ALL`, to be found by name ([`Named`](crate::interface::named::Named)).
+/// Declares the variants of a kind, a line for each file with its constants. `ALL` lists them, and
+/// [`Named`](crate::interface::named::Named) finds them by name.
 macro_rules! variants {
     ($kind:ident { $($file:ident: $($constant:ident)+;)* }) => {
         $(pub mod $file;)*

@@ -1,7 +1,7 @@
 //! Gathers: which photons a collection point takes, and how they are found. Imports `interface`, `math`, `surface`.
 //!
-//! A variant indexes either the points (each photon looks for points) or the photons (each point looks for photons).
-//! All sum in the same integers (`accumulator`), so all agree to the bit. A new variant is a file and a line of
+//! A variant indexes either the points (each photon searches for points) or the photons (each point searches for photons). All
+//! variants add to the same integers (`accumulator`), so their sums agree to the bit. A new variant is a file and a line of
 //! `for_each_gather`.
 
 pub mod accumulator;
@@ -16,8 +16,8 @@ use spirv_std::glam::Vec3;
 use tables::{Build, Tables};
 use variant::Variant;
 
-/// Calls a macro with every variant: its file, its type, its constant in `variant`. Those of the first list are searched in
-/// software, those of the second by ray queries.
+/// Calls a macro with every variant: its file, its type, its constant in `variant`. The first list is searched in software, the
+/// second by ray queries.
 macro_rules! for_each_gather {
     ($then:ident) => {
         $then! {
@@ -50,31 +50,31 @@ pub mod exchange;
 
 /// An index over points or photons.
 pub trait Index {
-    /// Its name, stages and buffers.
+    /// Name, stages and buffers of the variant.
     const VARIANT: Variant;
 
-    /// One invocation of a stage of building.
+    /// Runs one invocation of a stage of building.
     fn build(stage: u32, index: u32, build: &mut Build<'_>);
 }
 
 /// An index that is searched in software.
 pub trait Gather: Index {
-    /// Visits every element near (ids of photons, or indices of points in `pixel_order`), exactly once, in any order;
-    /// perhaps others too.
+    /// Visits every element near a position exactly once, in any order; it may visit others too. Elements are ids of photons, or
+    /// indices of points in `pixel_order`.
     fn for_each_near<V: Visit>(tables: &mut Tables<'_>, near: Near, visit: &mut V);
 }
 
-/// Where to look: a box around a position.
+/// Box around a position, in which elements are searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
     /// Centre (m).
     pub position: Vec3,
-    /// Half extent of the box (m); zero asks for the elements whose own box holds the position.
+    /// Half extent of the box (m); zero for the elements whose own box holds the position.
     pub half_extent: Vec3,
 }
 
-/// What is done with an element that was found. A visitor changes while a search loops, so it holds values and sums;
-/// buffers stand beside it in `tables`, since a GPU's compiler may die of buffers that a loop carries.
+/// Visitor of the elements that a search finds. It changes while a search loops, so it holds values and sums. Buffers stand
+/// beside it in `tables`: a GPU's compiler may crash on buffers that a loop carries.
 pub trait Visit {
     /// Takes an element by its id.
     fn visit(&mut self, tables: &mut Tables<'_>, id: u32);

@@ -1,6 +1,6 @@
-//! Histories: from which of the last frame's collection points one of today's reuses light, and how much of it still holds. A
-//! history is a file and a line here: its passes, and what it is as data. `auxiliary` says to other tools what pixels show and
-//! where it was. Imports `interface`, `math`, `gather`, `pass`.
+//! Histories: the reuse of light from collection points of the last frame, as far as that light still holds. A history is a file
+//! and a line here: its passes, and its description as data. `auxiliary` gives other tools the surfaces that pixels show, and
+//! their motion. Imports `interface`, `math`, `gather`, `pass`.
 
 pub mod auxiliary;
 pub mod cells;

@@ -1,4 +1,4 @@
-//! What host and kernels share: `repr(C)` plain-old-data with a unit on every field. Imports nothing of the crate.
+//! Types that host and kernels share: `repr(C)` plain-old-data with a unit on every field. Imports nothing of the crate.
 
 pub mod auxiliary;
 pub mod balance;

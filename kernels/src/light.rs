@@ -1,5 +1,6 @@
-//! Lights: choosing one, sampling its emission, sampling it for next-event estimation. A type of light is a file here, with `sample_emission`, `eval_emission` and `sample_light`, and
-//! a line of `interface::light::for_each_light`. Imports `interface`, `math` and `texture`.
+//! Lights: choosing one, sampling its emission, sampling it for next-event estimation. A type of light is a file here, with
+//! `sample_emission`, `eval_emission` and `sample_light`, and a line of `interface::light::for_each_light`. Imports `interface`,
+//! `math` and `texture`.
 
 pub mod aimed;
 pub mod by_density;
@@ -19,7 +20,7 @@ use emit::{EmissionSample, EvaluatedEmission};
 use light_sampling::LightSample;
 use spirv_std::glam::{Vec3, Vec4};
 
-/// Declares the files of the types, and asks the one that a light is of.
+/// Declares the modules of the types, and functions that dispatch on the type of a light.
 macro_rules! types {
     (
         $(#[$about_area:meta])* $area:ident $area_bit:ident $area_name:literal;
@@ -31,8 +32,8 @@ macro_rules! types {
         /// The types of lights.
         pub const TYPES: Features = Features(Features::$area_bit.0 $(| Features::$bit.0)*);
 
-        /// Samples the start of a light path at a light, by two times four uniform numbers: (light, light, position, position), (direction,
-        /// direction, side, choice of what to aim at).
+        /// Samples the start of a light path at a light (pbrt: `SampleLe`), by two times four uniform numbers. These are (light,
+        /// light, position, position) and (direction, direction, side, choice of a caster).
         #[inline(always)]
         pub fn sample_emission(
             light: &Light,
@@ -49,7 +50,8 @@ macro_rules! types {
             $area::sample_emission(light, scene, features, u_position, direction)
         }
 
-        /// Evaluates the start of a light path at that position in an emission direction (see `emission_cone`): what `sample_emission` makes of it.
+        /// Evaluates the start of a light path at that position in an emission direction (see `emission_cone`), with the density
+        /// of `sample_emission`.
         #[inline(always)]
         fn eval_emission(
             light: &Light,
@@ -66,7 +68,8 @@ macro_rules! types {
             $area::eval_emission(light, scene, features, u_position, direction)
         }
 
-        /// Samples a light for a position, by two uniform numbers; none where no light comes to it.
+        /// Samples a light for a position, by two uniform numbers (pbrt: `SampleLi`). Returns no light where none reaches the
+        /// position.
         #[inline(always)]
         fn sample_light(
             light: &Light,
@@ -87,8 +90,8 @@ macro_rules! types {
 }
 for_each_light!(types);
 
-/// Samples the direction of an environment by the numbers of the position. Returns parallel light from that direction, and the
-/// numbers of `sample_emission`, which sample the position then. Other lights stay as they are.
+/// Samples the direction of an environment by the numbers of the position. Returns parallel light from that direction, and
+/// numbers of `sample_emission` that sample the position across it. Returns other lights and their numbers unchanged.
 #[inline(always)]
 fn sample_environment(
     scene: SceneTables<'_>,
@@ -106,7 +109,8 @@ fn sample_environment(
     (light, u_position)
 }
 
-/// Samples the position on a light where a path starts, by the first four uniform numbers of `sample_emission` (m); of parallel light, the middle of its disc.
+/// Samples the position on a light where a path starts (m), by the first four uniform numbers of `sample_emission`. For parallel
+/// light it is the middle of its disc.
 #[inline(always)]
 fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, u_position: Vec4) -> Vec3 {
     if light.triangle == NONE {
@@ -116,7 +120,7 @@ fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, u_
     }
 }
 
-/// Chooses a light by the alias table; its probability is `Light::pdf_light_choice`.
+/// Chooses a light by the alias table, with the probability `Light::pdf_light_choice`.
 #[inline(always)]
 pub fn choose(lights: &[Light], light_count: u32, u: f32, v: f32) -> u32 {
     let light_id = ((u * light_count as f32) as u32).min(light_count - 1);

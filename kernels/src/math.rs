@@ -41,13 +41,13 @@ pub fn max_abs(v: Vec3) -> f32 {
     larger(larger(v.x.abs(), v.y.abs()), v.z.abs())
 }
 
-/// The larger of two numbers that are ones: what is none costs `f32::max` two instructions more.
+/// Larger of two numbers, neither of them NaN: for NaN, `f32::max` costs two instructions more.
 #[inline]
 pub fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// `x` within limits, of which `min` is the smaller. The standard library's asserts that, and what may panic cannot be `shared`.
+/// Limits `x` to `min` and `max`, with `min` <= `max`. The standard library's function may panic, so it cannot be `shared`.
 #[inline]
 pub fn clamp<T: PartialOrd>(x: T, min: T, max: T) -> T {
     if x < min {

@@ -1,5 +1,5 @@
-//! Memory as a CPU reads it at random: a table may stand in huge pages, so that where a page is need not be looked up for every node
-//! of a large BVH. Imports memmap2.
+//! Memory that a CPU reads at random. A table may lie in huge pages, so that the CPU need not look up a page for every node of a
+//! large BVH. Imports memmap2.
 
 use std::io;
 
@@ -9,31 +9,31 @@ use memmap2::MmapMut;
 /// Size of a huge page (bytes).
 pub const HUGE_PAGE: usize = 1 << 21;
 
-/// A line of a cache.
+/// A cache line.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Line([u64; 8]);
 
-/// Bytes that start as zeros, at the start of a cache line.
+/// Bytes that start as zeros, aligned to a cache line.
 pub struct Memory {
     storage: Storage,
     bytes: usize,
 }
 
-/// Where they are.
+/// Location of the bytes.
 enum Storage {
-    /// Among others: what is small is read and cleared faster there than in pages of its own.
+    /// On the heap, where few bytes are read and cleared faster than in pages of their own.
     Heap(Vec<Line>),
-    /// In pages of their own, of which those that nothing is written to take no memory.
+    /// In pages of their own; a page takes no memory until something is written to it.
     Pages(MmapMut),
 }
 
 impl Memory {
-    /// This many bytes.
+    /// Allocates bytes.
     ///
     /// # Errors
     ///
-    /// If the system does not give them.
+    /// If the system does not provide them.
     pub fn zeros(bytes: usize) -> io::Result<Memory> {
         let storage = if bytes < HUGE_PAGE {
             let count = bytes.div_ceil(size_of::<Line>());
@@ -47,17 +47,17 @@ impl Memory {
         Ok(Memory { storage, bytes })
     }
 
-    /// Asks for huge pages, where there are, for what is written from now on: good for what will be read at random, and a waste where
-    /// little of it is ever used.
+    /// Requests huge pages for all that is written from now on. They suit memory that is read at random, and are a waste where
+    /// little of it is used.
     pub fn in_huge_pages(&self) {
-        // A hint: a system that cannot follow it gives small pages.
+        // A hint: a system that cannot follow it provides small pages.
         #[cfg(target_os = "linux")]
         if let Storage::Pages(pages) = &self.storage {
             let _ = pages.advise(memmap2::Advice::HugePage);
         }
     }
 
-    /// All of it as elements.
+    /// All bytes as elements.
     pub fn read<T: AnyBitPattern>(&self) -> &[T] {
         let bytes = match &self.storage {
             Storage::Heap(lines) => cast_slice(lines),
@@ -66,7 +66,7 @@ impl Memory {
         cast_slice(&bytes[..self.bytes])
     }
 
-    /// All of it as elements, to write.
+    /// All bytes as elements, to write.
     pub fn edit<T: AnyBitPattern + NoUninit>(&mut self) -> &mut [T] {
         let bytes = match &mut self.storage {
             Storage::Heap(lines) => cast_slice_mut(lines),
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_is_zeros_that_keep_what_is_written() {
+    fn memory_starts_as_zeros_and_keeps_what_is_written() {
         for bytes in [0, 24, (1 << 21) - 8, (1 << 21) + 24] {
             let mut memory = Memory::zeros(bytes).unwrap();
             let words = memory.edit::<u64>();

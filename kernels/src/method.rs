@@ -1,5 +1,5 @@
-//! Rendering methods. A method is a file and a line here: passes of its own, if it has any, and what a frame consists of,
-//! as data. Imports everything.
+//! Rendering methods. A method is a file and a line here: passes of its own, if it has any, and the steps of a frame, as data.
+//! Imports everything.
 
 #[cfg(not(target_arch = "spirv"))]
 pub mod frame;

@@ -1,5 +1,5 @@
-//! The passes that methods share, a pass a file: each declares what it binds, and is a function of an index, generic over the
-//! traits. Imports all but `history`, `filter` and `method`.
+//! The passes that methods share, one a file. Each declares the buffers that it binds, and is a function of an index, generic
+//! over the traits. Imports all but `history`, `filter` and `method`.
 
 pub mod balance;
 pub mod bound;

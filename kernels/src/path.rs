@@ -20,6 +20,7 @@ pub mod camera_ray;
 pub mod direct_light;
 pub mod emission;
 pub mod ledger;
+pub mod light_numbers;
 pub mod light_path;
 pub mod observer;
 pub mod photon_sink;
@@ -51,7 +52,7 @@ pub struct PathContext<'a> {
 }
 
 impl PathContext<'_> {
-    /// The media around the origin of a path.
+    /// Media around the origin of a path.
     #[inline(always)]
     fn initial_media<T: Tracer>(self, origin: Vec3, tracer: &mut T) -> MediaStack {
         let mut media = MediaStack::VACUUM;
@@ -77,7 +78,7 @@ impl PathContext<'_> {
     }
 }
 
-/// Counts what few paths have: an atomic sum costs more than the question whether there is anything to add.
+/// Adds to a counter that is rarely above 0: an atomic addition costs more than the test.
 #[inline(always)]
 fn count_rare<C: Atomics>(counter: Counter, count: u32, counters: &mut C) {
     if count != 0 {

@@ -1,7 +1,8 @@
-//! What a GPU and a CPU do differently where many invocations write one buffer, or one has an array to itself. Imports nothing of the crate.
+//! Differences between GPU and CPU: buffers that many invocations write, and arrays of a single invocation. Imports nothing of
+//! the crate.
 //!
-//! On the GPU the implementations hold slices of storage buffers, so they are always inlined. On the CPU they are
-//! `Copy` handles that every worker owns.
+//! On the GPU the implementations hold slices of storage buffers, so they are always inlined. On the CPU they are `Copy` handles,
+//! one for each worker.
 
 use spirv_std::arch::IndexUnchecked;
 use spirv_std::glam::Vec3;
@@ -12,17 +13,17 @@ pub trait Atomics {
     fn add(&mut self, index: u32, value: u32) -> u32;
 }
 
-/// Words that many invocations read and write; what an invocation reads was written by an earlier pass or stage.
+/// Words that many invocations read and write; an invocation reads only words that an earlier pass or stage wrote.
 pub trait Words: Atomics {
-    /// A word.
+    /// Reads a word.
     fn get(&self, index: u32) -> u32;
     /// Overwrites a word.
     fn set(&mut self, index: u32, value: u32);
-    /// Raises a word to a value.
+    /// Raises a word to a value, if it is lower.
     fn fetch_max(&mut self, index: u32, value: u32);
 }
 
-/// Declares an array of words that an invocation has to itself. AMD's compiler keeps one of up to 64 in registers.
+/// Declares an array of words for a single invocation. AMD's compiler keeps an array of up to 64 words in registers.
 #[cfg(not(target_arch = "spirv"))]
 macro_rules! scratch {
     ($words:ident: $room:expr) => {
@@ -30,12 +31,12 @@ macro_rules! scratch {
     };
 }
 
-/// The same on a GPU, with nothing in it: filling it with zeros would take as long as a few nodes of a BVH.
+/// Declares an array without initial values, on a GPU: filling it with zeros would take as long as a few nodes of a BVH.
 #[cfg(target_arch = "spirv")]
 macro_rules! scratch {
     ($words:ident: $room:expr) => {
         let $words: *mut [u32; $room];
-        // SAFETY: the variable is of this type, and what is read of it was written.
+        // SAFETY: the variable is of this type, and every word is written before it is read.
         let $words = unsafe {
             core::arch::asm! {
                 "{words} = OpVariable typeof{words} Function",
@@ -47,35 +48,35 @@ macro_rules! scratch {
 }
 pub(crate) use scratch;
 
-/// A record of some words in such an array, which is one of words: of nested ones AMD's compiler makes small arrays.
+/// A record of some words in such an array. The array is flat: AMD's compiler makes small arrays of nested ones.
 #[derive(Clone, Copy)]
 pub struct Record<const WORDS: usize, const ROOM: usize> {
     first: usize,
 }
 
 impl<const WORDS: usize, const ROOM: usize> Record<WORDS, ROOM> {
-    /// The record at an index; there is room for all up to the last.
+    /// Record at an index; higher indices give the last record.
     #[inline(always)]
     pub const fn at(index: u32) -> Self {
         let last = ROOM / WORDS - 1;
         Record { first: WORDS * if (index as usize) < last { index as usize } else { last } }
     }
 
-    /// Leaves a value in one of its words.
+    /// Writes a value to a word of the record.
     #[inline(always)]
     pub fn put(self, words: &mut [u32; ROOM], word: usize, value: u32) {
         // SAFETY: the record is in the array, and the word in the record. A check of each would be most of the code.
         unsafe { *words.index_unchecked_mut(self.first + word.min(WORDS - 1)) = value };
     }
 
-    /// The value in one of its words.
+    /// Reads a value from a word of the record.
     #[inline(always)]
     pub fn take(self, words: &[u32; ROOM], word: usize) -> u32 {
         // SAFETY: as above.
         unsafe { *words.index_unchecked(self.first + word.min(WORDS - 1)) }
     }
 
-    /// Leaves a vector in three words.
+    /// Writes a vector to three words.
     #[inline(always)]
     pub fn put3(self, words: &mut [u32; ROOM], word: usize, value: Vec3) {
         self.put(words, word, value.x.to_bits());
@@ -83,7 +84,7 @@ impl<const WORDS: usize, const ROOM: usize> Record<WORDS, ROOM> {
         self.put(words, word + 2, value.z.to_bits());
     }
 
-    /// The vector in three words.
+    /// Reads a vector from three words.
     #[inline(always)]
     pub fn take3(self, words: &[u32; ROOM], word: usize) -> Vec3 {
         let bits = (self.take(words, word), self.take(words, word + 1), self.take(words, word + 2));
@@ -91,7 +92,7 @@ impl<const WORDS: usize, const ROOM: usize> Record<WORDS, ROOM> {
     }
 }
 
-/// Counts nothing.
+/// Counters that count nothing.
 pub struct Uncounted;
 
 impl Atomics for Uncounted {
@@ -120,13 +121,13 @@ mod gpu {
     use spirv_std::arch::{IndexUnchecked, atomic_i_add, atomic_u_max};
     use spirv_std::memory::{Scope, Semantics};
 
-    /// Device-scope atomics on a storage buffer of so many words.
+    /// Device-scope atomics on a storage buffer of `COUNT` words.
     pub struct Counts<'a, const COUNT: usize>(pub &'a mut [u32]);
 
     impl<const COUNT: usize> Atomics for Counts<'_, COUNT> {
         #[inline(always)]
         fn add(&mut self, index: u32, value: u32) -> u32 {
-            // SAFETY: no buffer of counters is shorter. Nearly all of them are counted by constant indices.
+            // SAFETY: no buffer of counters is shorter. Nearly all counters have constant indices.
             let word = unsafe { self.0.index_unchecked_mut((index as usize).min(COUNT - 1)) };
             unsafe { atomic_i_add::<u32, { Scope::Device as u32 }, { Semantics::NONE.bits() }>(word, value) }
         }
@@ -156,7 +157,8 @@ mod gpu {
 
         #[inline(always)]
         fn fetch_max(&mut self, index: u32, value: u32) {
-            // Most values raise nothing: look before all invocations queue for the word. What is read may be old, never too high.
+            // Most values raise nothing: read before all invocations queue for the word. The value may be old, but is never too
+            // high.
             if self.0[index as usize] < value {
                 let word = &mut self.0[index as usize];
                 unsafe {
@@ -166,11 +168,11 @@ mod gpu {
         }
     }
 
-    /// Elements of a storage buffer. A slot that one invocation writes, no other reads or writes in that dispatch.
+    /// Elements of a storage buffer. If an invocation writes a slot, no other reads or writes it in that dispatch.
     pub struct Slots<'a, T>(pub &'a mut [T]);
 
     impl<T: Copy> Slots<'_, T> {
-        /// A slot.
+        /// Reads a slot.
         #[inline(always)]
         pub fn read(&self, slot: u32) -> T {
             self.0[slot as usize]
@@ -196,7 +198,7 @@ mod cpu {
     pub struct AtomicWords<'a>(pub &'a [AtomicU32]);
 
     impl<'a> AtomicWords<'a> {
-        /// A view of words that nobody else holds.
+        /// A view of words with exclusive access.
         pub fn new(words: &'a mut [u32]) -> Self {
             // SAFETY: AtomicU32 has the layout of u32, and the exclusive borrow lasts as long as the view.
             Self(unsafe { &*(std::ptr::from_mut(words) as *const [AtomicU32]) })
@@ -223,7 +225,7 @@ mod cpu {
 
         #[inline]
         fn fetch_max(&mut self, index: u32, value: u32) {
-            // Most values raise nothing: look before the word is taken from the other threads.
+            // Most values raise nothing: read before this thread takes the word from the others.
             let word = &self.0[index as usize];
             if word.load(Relaxed) < value {
                 word.fetch_max(value, Relaxed);
@@ -231,8 +233,8 @@ mod cpu {
         }
     }
 
-    /// Elements in memory, read and written through a shared handle. A slot that one invocation writes, no other reads or
-    /// writes in that dispatch.
+    /// Elements in memory, read and written through a shared handle. If an invocation writes a slot, no other reads or writes it
+    /// in that dispatch.
     pub struct Slots<'a, T> {
         first: *mut T,
         count: usize,
@@ -247,18 +249,18 @@ mod cpu {
 
     impl<T> Copy for Slots<'_, T> {}
 
-    // SAFETY: the contract has each slot read and written by one worker, or only read.
+    // SAFETY: by contract, one worker reads and writes a slot, or all workers only read it.
     unsafe impl<T: Send> Send for Slots<'_, T> {}
     // SAFETY: as above.
     unsafe impl<T: Send> Sync for Slots<'_, T> {}
 
     impl<'a, T: Copy + Send> Slots<'a, T> {
-        /// A handle on slots that nobody else holds.
+        /// A handle on slots with exclusive access.
         pub fn new(slots: &'a mut [T]) -> Self {
             Self { first: slots.as_mut_ptr(), count: slots.len(), borrow: PhantomData }
         }
 
-        /// A slot.
+        /// Reads a slot.
         #[inline]
         pub fn read(&self, slot: u32) -> T {
             assert!((slot as usize) < self.count, "slot {slot} of {}", self.count);

@@ -1,15 +1,15 @@
-//! Entry points that several passes share on a GPU. Passes that trace paths are mostly the same code: a module that has it once for
-//! all is half as large. Each pass stands in a file of its own, whole, as the CPU runs it; a file here brings those of an entry point
-//! together where they differ. Which of them runs is known before a driver compiles it: what is the others' is dead.
+//! Entry points that several passes share on a GPU. Passes that trace paths are mostly the same code, so a module with one copy
+//! of it is half as large. Each pass is complete in a file of its own, as the CPU runs it. A file here combines the passes of an
+//! entry point where they differ. Before a driver compiles, it is known which pass runs, so the code of the others is dead.
 //!
-//! A pass of its own, without `shared_entry`, has an entry point of its own.
+//! A pass without `shared_entry` has an entry point of its own.
 
 use crate::platform::Atomics;
 
 pub mod camera;
 pub mod light;
 
-/// Counts for those passes whose paths are a frame's own.
+/// Counters that ignore passes whose paths are not a frame's own.
 struct Counted<'a, A> {
     counts: bool,
     counters: &'a mut A,

@@ -4,12 +4,12 @@
 //! A material is up to four lobes, weighted as glTF does: metal; a coat over a Lambertian base; a dielectric. All rough
 //! reflections share their facets. Local directions have the shading normal as z and point away from the surface.
 //!
-//! A lobe is a file, a line of `for_each_lobe` and a bit of `Features`. `albedo` holds each against its closed form.
+//! A lobe is a file, a line of `for_each_lobe` and a bit of `Features`. `albedo` checks each against its closed form.
 
-/// Calls a macro with the lobes that reflect, the dielectric aside. Reflections at facets are chosen and sampled together: a lobe of
-/// theirs has `occurs`, `sampling_weight`, `eval` and `smooth`, and bits of `Features` for where it is rough and where it is smooth. A
-/// diffuse lobe is never specular, and has `occurs`, `sampling_weight`, `eval`, `pdf`, `sample` and `albedo`; the bit of the first is
-/// that of all receivers.
+/// Calls a macro with the lobes that reflect, the dielectric aside. Reflections at facets are chosen and sampled together. Such a
+/// lobe has `occurs`, `sampling_weight`, `eval` and `smooth`, and bits of `Features` for where it is rough and where it is
+/// smooth. A diffuse lobe is never specular, and has `occurs`, `sampling_weight`, `eval`, `pdf`, `sample` and `albedo`. The first
+/// diffuse lobe has the bit of all receivers.
 macro_rules! for_each_lobe {
     ($then:ident) => {
         $then! {
@@ -24,7 +24,7 @@ macro_rules! for_each_lobe {
     };
 }
 
-/// Declares the files of those lobes.
+/// Declares the modules of these lobes.
 macro_rules! modules {
     (
         facets { $($facet:ident $rough:ident $smooth:ident;)* }
@@ -65,7 +65,7 @@ use lobes::{LobeProbabilities, ROUGH_FACETS, SMOOTH_FACETS};
 pub use lobes::{features_of, names_of};
 use spirv_std::glam::{Vec3, Vec4};
 
-/// The mixture of lobes at one vertex, seen from one direction.
+/// BSDF at one vertex, seen from one direction: the mixture of its lobes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Bsdf {
     material: Material,
@@ -73,18 +73,18 @@ pub struct Bsdf {
     to_previous: Vec3,
     /// Index on the path's side over index behind.
     pub eta: f32,
-    /// Of each channel.
+    /// Ratio of indices for each channel.
     etas: Vec3,
     /// Whether the dielectric is rough: it has facets.
     rough_dielectric: bool,
-    /// Whether each of these reflects or transmits by its own Fresnel reflectance: `probabilities.dielectric` is that of both.
+    /// Whether each facet reflects or transmits by its own Fresnel reflectance; then `probabilities.dielectric` covers both.
     by_facet: bool,
     features: Features,
     probabilities: LobeProbabilities,
     reflection_class: Classes,
 }
 
-/// The non-delta lobes of one class towards one direction.
+/// Non-delta lobes of one class, evaluated in one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evaluated {
     /// Scattering function (1/sr).
@@ -115,7 +115,8 @@ pub struct Sampled {
 }
 
 impl Bsdf {
-    /// The mixture of `classes`' lobes. Where `divides`, something is divided by `class_probability`, and classes are chosen by it.
+    /// Mixture of the lobes of `classes`. With `divides`, a caller divides by [`class_probability`](Self::class_probability): the
+    /// class is chosen with that probability.
     #[shared]
     pub fn new(
         material: Material,
@@ -146,8 +147,9 @@ impl Bsdf {
             reflection_class,
         };
 
-        // Weigh each lobe by what it is about to scatter.
+        // Weigh each lobe by the flux that it is about to scatter.
         let mut probabilities = bsdf.sampling_weights(classes);
+        // Weigh the dielectric: with a choice by facet, with a choice before the facet, or smooth
         let mut dielectric = DielectricInterface { indices, reflectance: 0.0, reflectances: Vec3::ZERO };
         let cos = to_previous.z;
         if by_facet {
@@ -188,7 +190,7 @@ impl Bsdf {
         self.probabilities.reflections() + self.probabilities.diffuse() + self.probabilities.dielectric > 0.0
     }
 
-    /// Whether any lobe that scatters is non-delta, so that light sampling may give something.
+    /// Whether any lobe that scatters is non-delta, so that light sampling may contribute.
     #[inline]
     pub fn has_non_delta_lobe(&self) -> bool {
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS;
@@ -217,7 +219,7 @@ impl Bsdf {
         probability > 0.0
     }
 
-    /// Probability that `sample` takes a lobe of this class, of a mixture that `divides`.
+    /// Probability that `sample` takes a lobe of this class, in a mixture that `divides`.
     #[inline]
     pub fn class_probability(&self, class: Classes) -> f32 {
         let mut probability =
@@ -231,8 +233,8 @@ impl Bsdf {
         probability
     }
 
-    /// The non-delta lobes of `class` towards a local direction; f is that of flux, also where it passes (z < 0). Zero where
-    /// the path came from below.
+    /// Evaluates the non-delta lobes of `class` in a local direction (pbrt: `f` and `PDF`). f is that of flux, for transmission
+    /// (z < 0) too. Zero where the path came from below.
     #[shared]
     pub fn eval(self, direction: Vec3, class: Classes) -> Evaluated {
         let mut f = Vec3::ZERO;
@@ -240,6 +242,7 @@ impl Bsdf {
         if self.to_previous.z <= 0.0 {
             return Evaluated { f, pdf_solid_angle: pdf };
         }
+        // Transmit through a rough dielectric
         if direction.z <= 0.0 {
             if self.rough_dielectric && direction.z < 0.0 && class.has(Classes::SPECULAR) {
                 let passed = rough_dielectric::eval(&self.material, self.to_previous, direction, self.eta);
@@ -251,6 +254,7 @@ impl Bsdf {
             }
             return Evaluated { f, pdf_solid_angle: pdf };
         }
+        // Reflect at the facets of all rough lobes
         let rough = self.material.roughness >= ggx::DELTA_ROUGHNESS && class.has(self.reflection_class);
         if self.features.has(ROUGH_FACETS) && rough {
             let half = (self.to_previous + direction).normalize();
@@ -274,12 +278,13 @@ impl Bsdf {
             (f, pdf) = (sum.f, sum.pdf_solid_angle);
         }
         if class.has(Classes::NON_SPECULAR) {
+            // Add the diffuse lobes
             return self.eval_diffuse(direction, Evaluated { f, pdf_solid_angle: pdf });
         }
         Evaluated { f, pdf_solid_angle: pdf }
     }
 
-    /// Estimate of the share of flux that all lobes of `classes` scatter, apart from `sample`; `u` is uniform.
+    /// Estimate of the share of flux that all lobes of `classes` scatter, independent of `sample`; `u` is uniform.
     #[shared]
     pub fn albedo(self, classes: Classes, u: Vec4) -> Vec3 {
         albedo::albedo(&self, classes, u.x, u.y)
@@ -297,12 +302,13 @@ impl Bsdf {
         (1.0 - self.material.metallic) * self.material.transmission
     }
 
-    /// Samples one lobe; `u` = (choice of lobe, two for its direction, one for the dielectric).
+    /// Samples one lobe (pbrt: `Sample_f`); `u` = (choice of lobe, two for its direction, one for the dielectric).
     #[shared]
     pub fn sample(self, dielectric: DielectricInterface, u: Vec4) -> Sampled {
         let reflections = self.probabilities.reflections();
         let before_dielectric = reflections + self.probabilities.diffuse();
         let into_dielectric = u.x >= before_dielectric && self.probabilities.dielectric > 0.0;
+        // Sample a smooth dielectric
         if self.features.has(Features::DIELECTRIC) && into_dielectric && !self.rough_dielectric {
             if self.features.has(Features::DISPERSION) && dielectric.indices.is_dispersive {
                 let (tint, share) = (self.material.base_color, self.dielectric_share());
@@ -329,7 +335,7 @@ impl Bsdf {
             );
         }
 
-        // A smooth reflection is a delta lobe of its own.
+        // Sample a smooth reflection, a delta lobe of its own.
         let reflect = u.x < reflections;
         if self.features.has(SMOOTH_FACETS) && reflect && self.material.roughness < ggx::DELTA_ROUGHNESS {
             return Sampled {
@@ -344,7 +350,7 @@ impl Bsdf {
             };
         }
 
-        // Everything else is weighed with all non-delta lobes of its class.
+        // Sample a direction of a non-delta lobe: at a facet, or diffuse.
         let mut class = Classes::NON_SPECULAR;
         let mut roughness = 1.0;
         let mut transmitted = self.rough_dielectric && into_dielectric;
@@ -353,7 +359,7 @@ impl Bsdf {
             roughness = self.material.roughness;
             let half = warp::visible_ggx_normal(self.to_previous, ggx::alpha(roughness), u.y, u.z);
             if transmitted && self.by_facet {
-                // What is left of the choice among lobes is uniform again.
+                // Reuse the choice among lobes, which is uniform again within this one.
                 let choice = (u.x - before_dielectric) / self.probabilities.dielectric;
                 let cos_half = self.to_previous.dot(half);
                 let reflectance = dielectric::reflectance(&self.material, cos_half, self.eta);
@@ -370,6 +376,7 @@ impl Bsdf {
         } else {
             direction = self.sample_diffuse(u);
         }
+        // Weigh the direction with all non-delta lobes of its class: f |cos| / pdf
         let evaluated = self.eval(direction, class);
         let mut weight = Vec3::ZERO;
         if evaluated.pdf_solid_angle > 0.0 && transmitted == (direction.z < 0.0) {
@@ -388,13 +395,13 @@ impl Bsdf {
     }
 }
 
-/// What a smooth dielectric interface does at one vertex.
+/// Smooth dielectric interface at one vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct DielectricInterface {
     /// Index on the path's side over index behind.
     pub indices: Indices,
-    /// Share that is reflected, where all channels are refracted alike.
+    /// Reflectance where all channels are refracted alike.
     pub reflectance: f32,
-    /// That of each channel, where they are not.
+    /// Reflectance of each channel where they are not.
     pub reflectances: Vec3,
 }

@@ -1,4 +1,4 @@
-//! Textures: texels from chunks of memory, filtered; what they make of a material. Imports `interface` and `math`.
+//! Textures: filtered texels from chunks of memory, and their effect on materials. Imports `interface` and `math`.
 
 pub mod coordinates;
 pub mod cut_out;

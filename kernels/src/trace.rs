@@ -1,5 +1,5 @@
-//! Tracing: the trait `Tracer`, its software and hardware implementations, and what rays meet in media. Imports `interface`,
-//! `math`, `texture` and `surface`.
+//! Tracing: the trait `Tracer`, its software and hardware implementations, and segments of paths through media. Imports
+//! `interface`, `math`, `texture` and `surface`.
 
 pub mod bvh;
 #[cfg(target_arch = "x86_64")]
@@ -13,10 +13,10 @@ pub mod through_media;
 
 use crate::interface::ray::{Hit, Ray};
 
-/// Finds what rays hit.
+/// Finds hits of rays.
 pub trait Tracer {
-    /// The closest hit.
+    /// Finds the closest hit.
     fn closest(&mut self, ray: &Ray) -> Hit;
-    /// Whether anything is hit.
+    /// Whether the ray hits anything.
     fn occluded(&mut self, ray: &Ray) -> bool;
 }

@@ -1,19 +1,21 @@
-//! Fingerprint of the kernels' sources: the same for builder and host, blind to comments, layout and tests.
+//! Fingerprint of the kernels' sources: equal for builder and host, independent of comments, layout and tests.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Folders of what the modules are made of, below `kernels/`: the kernels, and the macro that makes their entry points.
+/// Folders below `kernels/` that the modules are compiled from: the kernels, and the macro that makes their entry points.
 pub const KERNELS: [&str; 2] = ["src", "macros/src"];
 
-/// What kernels and the host that runs them must agree on, below `kernels/`: the types that both read and write, the entry
-/// points' own code around a pass, and the words of a sum. What each pass binds is reflected instead.
+/// Sources below `kernels/` on which kernels and host must agree. They hold the types that both read and write, the code around a
+/// pass in its entry points, and the words of a sum. The host reflects the bindings of each pass instead.
 pub const INTERFACE: [&str; 4] =
     ["src/interface.rs", "src/interface", "src/gather/accumulator.rs", "macros/src"];
 
-/// FNV-1a hash, 64 bits, of the token streams of these `.rs` files, and all in these folders, below `folder`, in the order
-/// of their paths.
+/// FNV-1a hash (64 bits) of the token streams of `.rs` files below `folder`, in the order of their paths. A folder among the
+/// sources stands for all `.rs` files in it.
+///
+/// Fails if a source cannot be read or does not parse.
 pub fn fingerprint(folder: &Path, sources: &[&str]) -> std::io::Result<String> {
     let mut hash = Fnv::default();
     for file in files(folder, sources)? {
@@ -27,14 +29,14 @@ pub fn fingerprint(folder: &Path, sources: &[&str]) -> std::io::Result<String> {
     Ok(hash.hex())
 }
 
-/// The hash of some bytes, for the compiled modules.
+/// FNV-1a hash of bytes, for the compiled modules.
 pub fn hash(bytes: &[u8]) -> String {
     let mut hash = Fnv::default();
     hash.add(bytes);
     hash.hex()
 }
 
-/// These `.rs` files, and all in these folders, below `folder`, sorted.
+/// Lists the `.rs` files below `folder` that `sources` names, and all in the folders that it names, sorted.
 pub fn files(folder: &Path, sources: &[&str]) -> std::io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for below in sources {

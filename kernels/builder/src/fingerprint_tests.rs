@@ -1,11 +1,11 @@
-//! The fingerprint changes with what matters. Beside its file, which others include.
+//! Tests of the fingerprint. They have a file of their own because other crates include `fingerprint.rs`.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use crate::fingerprint::{INTERFACE, KERNELS, files, fingerprint};
 
-/// The fingerprints, of all and of the interface, of a copy of the kernels' folders in which a file has other text.
+/// Fingerprints of all sources and of the interface, in a copy of the kernels' folders where `change` edits one file.
 fn with(file: &str, change: impl Fn(&str) -> String) -> [String; 2] {
     let kernels = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     static COPIES: AtomicU32 = AtomicU32::new(0);
@@ -24,9 +24,9 @@ fn with(file: &str, change: impl Fn(&str) -> String) -> [String; 2] {
     found
 }
 
-/// The host compares this with `kernels.lock`: what changes an entry point makes it refuse the compiled kernels.
+/// The host compares the fingerprint with `kernels.lock` and refuses compiled kernels of other sources.
 #[test]
-fn changes_of_kernels_and_of_the_macro_change_it_and_comments_do_not() {
+fn fingerprint_changes_with_kernels_and_macro_but_not_with_comments() {
     for file in ["src/pass/resolve.rs", "macros/src/expand.rs"] {
         let same = with(file, str::to_string);
         assert_eq!(with(file, |text| format!("// A remark.\n{text}")), same, "{file}");
@@ -35,9 +35,9 @@ fn changes_of_kernels_and_of_the_macro_change_it_and_comments_do_not() {
     }
 }
 
-/// A running program takes kernels with other passes, but none with other types.
+/// A running program accepts kernels with other passes, but none with other types.
 #[test]
-fn a_pass_is_no_interface_and_a_type_is() {
+fn interface_fingerprint_covers_types_but_not_passes() {
     let more = |text: &str| format!("{text}\nfn more() {{}}\n");
     for (file, is_interface) in [
         ("src/pass/resolve.rs", false),

@@ -1,8 +1,9 @@
 //! `cargo kernels`: compiles `kernels/` to `base.spv` and `rayquery.spv` and writes `kernels.lock`.
 //!
-//! Modules in which loops or branches carry pointers are refused (`pointers`). `--out FOLDER` writes there instead; `--watch`
-//! does so again whenever a source has changed; `--panics FOLDER` writes modules there that report panics through debug printf.
-//! `--check` compares instead of writing and fails on any difference; `--lint` runs clippy over the code that only a GPU sees.
+//! Refuses modules in which loops or branches carry pointers (`pointers`). `--out FOLDER` writes the set there instead. `--watch`
+//! writes it again whenever a source has changed. `--panics FOLDER` writes modules there that report panics through debug printf.
+//! `--check` compares instead of writing and fails on any difference. `--lint` runs clippy over the code that only a GPU
+//! compiles.
 
 #![forbid(unsafe_code)]
 
@@ -19,11 +20,11 @@ use set::{Set, Sources};
 use spirv_builder::{Capability, ShaderPanicStrategy, SpirvBuilder, SpirvBuilderError, SpirvMetadata};
 use std::path::Path;
 
-/// The modules: name, whether it has ray queries.
+/// Compiled modules: name, and whether they use ray queries.
 const MODULES: [(&str, bool); 2] = [("base.spv", false), ("rayquery.spv", true)];
 
 fn main() -> anyhow::Result<()> {
-    // Asked at run time: with a target directory that checkouts share, a path compiled in may be another checkout's.
+    // Read at run time: checkouts may share a target directory, so a path compiled in may be another checkout's.
     let builder = std::env::var_os("CARGO_MANIFEST_DIR").context("run it by `cargo kernels`")?;
     let kernels = Path::new(&builder).parent().context("the builder lies in kernels/")?;
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -50,7 +51,7 @@ fn builder(kernels: &Path, ray_queries: bool) -> SpirvBuilder {
         .spirv_metadata(SpirvMetadata::NameVariables)
         .capability(Capability::VulkanMemoryModelDeviceScope)
         .scalar_block_layout(true);
-    // Of the two toolchains of the project, that of this program.
+    // Use the toolchain that runs this program, not the project's other one.
     builder.toolchain_overwrite = std::env::var("RUSTUP_TOOLCHAIN").ok();
     if ray_queries {
         builder
@@ -63,7 +64,7 @@ fn builder(kernels: &Path, ray_queries: bool) -> SpirvBuilder {
 }
 
 fn compile(kernels: &Path, panics: ShaderPanicStrategy) -> anyhow::Result<Set> {
-    // Before the compiler reads them: sources that change meanwhile are not those of the set.
+    // Hash before the compiler reads: the set then never claims sources that changed during the build.
     let sources = Sources::now(kernels)?;
     let module = |&(name, ray_queries): &(&'static str, bool)| {
         let compiled = builder(kernels, ray_queries).shader_panic_strategy(panics).build()?;
@@ -78,7 +79,7 @@ fn compile(kernels: &Path, panics: ShaderPanicStrategy) -> anyhow::Result<Set> {
 fn lint(kernels: &Path) -> anyhow::Result<()> {
     for (name, ray_queries) in MODULES {
         match builder(kernels, ray_queries).clippy() {
-            // Clippy leaves no module behind, which spirv-builder takes for a failure.
+            // Clippy writes no module, which spirv-builder takes for a failure.
             Ok(_) | Err(SpirvBuilderError::NoArtifactProduced { .. }) => {}
             Err(error) => return Err(error).with_context(|| format!("clippy of {name}")),
         }

@@ -1,7 +1,7 @@
-//! Refuses what crashes the compilers of real drivers: values with pointers in them that a loop or a branch carries.
+//! Refuses modules that crash the compilers of real drivers: those in which a loop or a branch carries a value with pointers.
 //!
-//! Such a module is valid, and software Vulkan runs it, but RADV of Mesa 25.0 ends the process on an `OpPhi` of a struct
-//! with slices in it. It comes from a Rust value that holds a slice and changes in a loop.
+//! Such a module is valid, and software Vulkan runs it. RADV of Mesa 25.0 ends the process on an `OpPhi` of a struct with slices
+//! in it. A Rust value that holds a slice and changes in a loop compiles to such an `OpPhi`.
 
 use anyhow::{Context, bail};
 use rspirv::dr::{Instruction, Module, Operand};
@@ -36,11 +36,11 @@ pub fn refuse_carried(module: &[u8]) -> anyhow::Result<()> {
 #[derive(Debug, Default, PartialEq)]
 struct Carried {
     count: usize,
-    /// Names of the functions that they are in, where the module keeps them.
+    /// Names of the functions that hold the instructions, where the module keeps names.
     functions: BTreeSet<String>,
 }
 
-/// Those of all entry points that have any.
+/// Finds the carried pointers of each entry point that has any, by the name of the entry point.
 fn carried(module: &[u8]) -> anyhow::Result<BTreeMap<String, Carried>> {
     let module = rspirv::dr::load_bytes(module).map_err(|error| anyhow::anyhow!("no SPIR-V: {error}"))?;
     let pointers = types_with_pointers(&module);
@@ -122,12 +122,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_module_is_refused() {
+    fn bytes_that_are_no_module_are_refused() {
         let error = refuse_carried(b"no module at all").expect_err("no module");
         assert!(error.to_string().contains("no SPIR-V"), "{error}");
     }
 
-    /// What the value that a branch chooses is made of.
+    /// Type of the value that a branch chooses.
     #[derive(Clone, Copy, Debug)]
     enum Kind {
         Number,

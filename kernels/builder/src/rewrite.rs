@@ -1,8 +1,8 @@
-//! What the compiler leaves in a module that drivers should not read.
+//! Removes output of the compiler that drivers should not read.
 //!
-//! Debug lines are dropped, but not the instructions that end them: one in fifty bytes, which say nothing. And a function that
-//! entry points share has the hint that it not be inlined, since the compiler itself shall not do so. NVIDIA's heeds it and makes code of
-//! more than twice the size and time: calls, with every lobe and texture compiled in that the scene lacks.
+//! The compiler drops debug lines, but keeps the instructions that end them: one in fifty bytes, without content. A function that
+//! entry points share carries the hint not to inline it, so that the compiler itself does not. NVIDIA's driver obeys that hint
+//! and makes code of more than twice the size and time. The code has calls, and every lobe and texture that the scene lacks.
 
 use anyhow::{Context, ensure};
 use rspirv::spirv::{FunctionControl, Op};
@@ -10,7 +10,7 @@ use rspirv::spirv::{FunctionControl, Op};
 /// Words before the first instruction of a module.
 const HEADER: usize = 5;
 
-/// The module without `OpNoLine`, whose functions ask to be inlined where they asked for the opposite.
+/// Returns the module without `OpNoLine`, and with the hint to inline each function that had the opposite hint.
 pub fn for_drivers(module: &[u8]) -> anyhow::Result<Vec<u8>> {
     let (header, mut rest) = split(module, 4 * HEADER)?;
     let mut kept = header.to_vec();
@@ -21,7 +21,7 @@ pub fn for_drivers(module: &[u8]) -> anyhow::Result<Vec<u8>> {
         match Op::from_u32(first & 0xffff) {
             Some(Op::NoLine) => {}
             Some(Op::Function) => {
-                // Behind the opcode, the type and the name.
+                // Skip the words of the opcode, the result type and the result id.
                 let (start, end) = split(instruction, 12)?;
                 let mut control = FunctionControl::from_bits_retain(word(end)?);
                 if control.contains(FunctionControl::DONT_INLINE) {
@@ -37,7 +37,7 @@ pub fn for_drivers(module: &[u8]) -> anyhow::Result<Vec<u8>> {
     Ok(kept)
 }
 
-/// The first word.
+/// Reads the first word.
 fn word(bytes: &[u8]) -> anyhow::Result<u32> {
     Ok(u32::from_le_bytes(split(bytes, 4)?.0.try_into()?))
 }
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn all_else_stays_as_it_is() {
+    fn other_instructions_stay_unchanged() {
         let header = [0x0723_0203, 0x0001_0500, 0, 9, 0];
         let no_line = 1 << 16 | Op::NoLine as u32;
         let (label, other) = ([2 << 16 | Op::Label as u32, no_line], [3 << 16 | Op::Name as u32, 7, no_line]);
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn what_ends_too_early_is_refused() {
+    fn truncated_module_is_refused() {
         let header = [0x0723_0203, 0x0001_0500, 0, 9, 0];
         for rest in [&[3 << 16 | Op::Name as u32, 7][..], &[0], &[2 << 16 | Op::Function as u32, 3]] {
             assert!(for_drivers(&bytes(&[&header[..], rest].concat())).is_err());

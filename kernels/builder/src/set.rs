@@ -1,4 +1,4 @@
-//! A set of compiled kernels in a folder: the modules, and the lock that says what they are.
+//! A set of compiled kernels in a folder: the modules, and the lock that holds their fingerprints.
 
 use crate::fingerprint::{self, INTERFACE, KERNELS};
 use anyhow::{Context, bail};
@@ -15,21 +15,21 @@ pub struct Sources {
 }
 
 impl Sources {
-    /// Those of the sources below `kernels` as they are now.
+    /// Computes the fingerprints of the present sources below `kernels`.
     pub fn now(kernels: &Path) -> std::io::Result<Sources> {
         let hash = |sources: &[&str]| fingerprint::fingerprint(kernels, sources);
         Ok(Sources { all: hash(&KERNELS)?, interface: hash(&INTERFACE)? })
     }
 }
 
-/// The modules by name, and what they were compiled of.
+/// Compiled modules by name, and the fingerprints of their sources.
 pub struct Set {
     pub sources: Sources,
     pub modules: Vec<(&'static str, Vec<u8>)>,
 }
 
 impl Set {
-    /// What was compiled, by what, to what.
+    /// Text of the lock: fingerprints of the sources, the compiler, and hashes of the modules.
     fn lock(&self) -> String {
         let mut lock =
             String::from("# Written by `cargo kernels`; the host refuses a GPU when the sources differ.\n");
@@ -43,13 +43,13 @@ impl Set {
         lock
     }
 
-    /// The files, the lock last.
+    /// Paths and contents of the files, the lock last.
     fn files(&self, folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
         let modules = self.modules.iter().map(|(name, bytes)| (folder.join(name), bytes.clone()));
         modules.chain([(folder.join(LOCK), self.lock().into_bytes())]).collect()
     }
 
-    /// Writes the set. A program may look on: each file appears whole, and the lock when the modules are there.
+    /// Writes the set. Each file appears whole, and the lock after the modules, so that a program can read the folder meanwhile.
     pub fn write(&self, folder: &Path) -> anyhow::Result<()> {
         std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         for (path, bytes) in self.files(folder) {
@@ -62,7 +62,7 @@ impl Set {
         Ok(())
     }
 
-    /// Fails if the set in the folder is another.
+    /// Fails if the set in the folder differs.
     pub fn compare(&self, folder: &Path) -> anyhow::Result<()> {
         for (path, bytes) in self.files(folder) {
             if std::fs::read(&path).with_context(|| format!("reading {}", path.display()))? != bytes {
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn a_set_is_compared_with_the_one_that_was_written() {
+    fn compare_finds_other_modules_and_other_interfaces() {
         let folder = std::env::temp_dir().join(format!("caustics-set-{}", std::process::id()));
         set(b"old").write(&folder).expect("it can be written");
         set(b"old").compare(&folder).expect("it is the same");
@@ -103,7 +103,7 @@ mod tests {
         std::fs::remove_dir_all(&folder).expect("the folder can be removed");
     }
 
-    /// Who sees the lock sees the modules that it names.
+    /// A program that sees the lock also sees the modules that it names.
     #[test]
     fn the_lock_is_written_last() {
         let files = set(b"some").files(Path::new("there"));

@@ -1,4 +1,4 @@
-//! Compiles anew whenever a source of the kernels has changed.
+//! Compiles again whenever a source of the kernels has changed.
 
 use crate::fingerprint::{self, KERNELS};
 use crate::set::{Set, Sources};
@@ -6,10 +6,10 @@ use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// How often the sources are looked at.
+/// Time between two checks of the sources.
 const PERIOD: Duration = Duration::from_millis(500);
 
-/// Compiles what lies below `kernels` into `folder`, now and after each change, until it is interrupted.
+/// Compiles the sources below `kernels` into `folder`, now and after each change, until the user interrupts it.
 pub fn watch(
     kernels: &Path,
     folder: &Path,
@@ -26,17 +26,17 @@ pub fn watch(
                     println!("waiting for changes of {}; Ctrl-C ends", kernels.display());
                 }
                 Ok(None) => {}
-                // What is wrong with a source: the next change may mend it.
+                // Report an error in a source and go on: the next change may mend it.
                 Err(error) => eprintln!("error: {error:#}"),
             }
-            // As they were before, so that a change meanwhile is seen.
+            // Keep the times from before the build, so that a change during it is noticed.
             seen = Some(stamps);
         }
         std::thread::sleep(PERIOD);
     }
 }
 
-/// Compiles and writes, if the sources are others than those that were built; says what they were.
+/// Compiles and writes the set if the sources differ from those built. Returns the fingerprints of the set written, if any.
 fn build(
     kernels: &Path,
     folder: &Path,
@@ -48,14 +48,14 @@ fn build(
     }
     let set = compile()?;
     if Sources::now(kernels)? != set.sources {
-        // Neither the old nor the new sources: the change that came meanwhile is compiled next.
+        // Drop a set that mixes old and new sources: the next check compiles the new ones.
         return Ok(None);
     }
     set.write(folder)?;
     Ok(Some(set.sources))
 }
 
-/// The sources and when each was written.
+/// Paths of the sources and times of their last changes.
 fn stamps(kernels: &Path) -> std::io::Result<Vec<(PathBuf, SystemTime)>> {
     let stamp = |path: PathBuf| {
         let modified = std::fs::metadata(&path)?.modified()?;
@@ -71,7 +71,7 @@ mod tests {
     use std::cell::Cell;
 
     #[test]
-    fn what_changed_is_compiled_once_and_written_if_it_stayed_so() {
+    fn changed_sources_are_compiled_once_and_written_if_stable() {
         let kernels = std::env::temp_dir().join(format!("caustics-watch-{}", std::process::id()));
         let write = |name: &str, text: &str| {
             let path = kernels.join(name);

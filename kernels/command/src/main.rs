@@ -1,5 +1,5 @@
-//! `cargo kernels`: starts `kernels/builder` with the nightly toolchain that rustc_codegen_spirv is built against, which
-//! nothing else of the project needs. rustup fetches it (1.6 GB, with rustc's own libraries) where it is missing.
+//! `cargo kernels`: starts `kernels/builder` with the nightly toolchain that rustc_codegen_spirv is built against. Nothing else
+//! of the project needs that toolchain. rustup fetches it (1.6 GB, with rustc's own libraries) where it is missing.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, exit};
@@ -7,7 +7,7 @@ use std::process::{Command, ExitCode, exit};
 use anyhow::{Context, bail};
 
 fn main() -> anyhow::Result<ExitCode> {
-    // Asked at run time: with a target directory that checkouts share, a path compiled in may be another checkout's.
+    // Read at run time: checkouts may share a target directory, so a path compiled in may be another checkout's.
     let own = std::env::var_os("CARGO_MANIFEST_DIR").context("run it by `cargo kernels`")?;
     let builder = Path::new(&own).join("../builder");
     let toolchain = channel(&builder)?;
@@ -21,14 +21,14 @@ fn main() -> anyhow::Result<ExitCode> {
         }
     }
     let mut cargo = clean("cargo", &builder);
-    // rustc would send paths that end past all that comes after it, which a shader's structure can only follow by values kept
-    // for each way: more registers, and more code.
+    // Jump threading sends finished paths past the code behind them. A shader's structured control flow can only follow that by a
+    // value kept for each path: more registers, and more code.
     cargo.env("RUSTGPU_RUSTFLAGS", "-Zmir-enable-passes=-JumpThreading");
     cargo.args(["run", "--locked", "--release", "--"]).args(arguments()?);
     exit(cargo.status().context("cargo cannot be started")?.code().unwrap_or(1));
 }
 
-/// The arguments, a folder among them seen from where the command was given.
+/// Arguments of the command line. A folder of `--panics` or `--out` is made absolute, from the caller's working directory.
 fn arguments() -> anyhow::Result<Vec<std::ffi::OsString>> {
     let mut arguments: Vec<std::ffi::OsString> = std::env::args_os().skip(1).collect();
     if let [.., option, folder] = &mut arguments[..]
@@ -39,7 +39,7 @@ fn arguments() -> anyhow::Result<Vec<std::ffi::OsString>> {
     Ok(arguments)
 }
 
-/// The channel that the builder's `rust-toolchain.toml` names.
+/// Toolchain channel in the builder's `rust-toolchain.toml`.
 fn channel(builder: &Path) -> anyhow::Result<String> {
     let file = builder.join("rust-toolchain.toml");
     let text = std::fs::read_to_string(&file).with_context(|| format!("reading {}", file.display()))?;
@@ -47,13 +47,13 @@ fn channel(builder: &Path) -> anyhow::Result<String> {
     Ok(line.with_context(|| format!("{} names no channel", file.display()))?.trim_matches('"').to_string())
 }
 
-/// Whether rustup has a toolchain; true where there is no rustup, whose place another tool may have taken.
+/// Whether rustup has a toolchain; true without rustup, as another tool may manage toolchains.
 fn installed(toolchain: &str) -> bool {
     let Ok(list) = Command::new("rustup").args(["toolchain", "list"]).output() else { return true };
     String::from_utf8_lossy(&list.stdout).lines().any(|line| line.starts_with(toolchain))
 }
 
-/// A command in the builder's folder, without what this toolchain told of itself.
+/// A command in the builder's folder, without the environment variables of this toolchain.
 fn clean(program: &str, folder: &Path) -> Command {
     let mut command = Command::new(program);
     command.current_dir(folder);

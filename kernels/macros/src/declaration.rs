@@ -1,4 +1,4 @@
-//! What `#[pass]` and the parameters below it say.
+//! Declarations of passes: the arguments of `#[pass]`, and the roles of the parameters below it.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -17,7 +17,7 @@ pub struct Arguments {
     pub work: Ident,
     pub limit: Option<Expr>,
     pub hardware: bool,
-    /// Whether its entry point is one that passes share.
+    /// Whether several passes share its entry point.
     pub shared_entry: bool,
 }
 
@@ -62,7 +62,7 @@ impl Parse for Arguments {
     }
 }
 
-/// The passes that an entry point is of: the parameter that says whether it runs as one, and the name of that pass.
+/// Passes of a shared entry point: the `bool` parameter of each, and the name of the pass.
 pub struct Passes(pub Vec<(Ident, String)>);
 
 impl Parse for Passes {
@@ -76,7 +76,7 @@ impl Parse for Passes {
     }
 }
 
-/// A literal, or pieces in brackets that are joined: a macro that stamps passes has identifiers, no literals.
+/// Parses a literal, or pieces in brackets that are joined: a macro that stamps passes has identifiers, no literals.
 fn parse_name(input: ParseStream) -> Result<String> {
     if !input.peek(syn::token::Bracket) {
         return Ok(input.parse::<syn::LitStr>()?.value());
@@ -101,7 +101,7 @@ fn piece(expression: &Expr) -> Result<String> {
     }
 }
 
-/// What a parameter is.
+/// Role of a parameter, by its type.
 pub enum Role {
     Index,
     Params,
@@ -122,11 +122,11 @@ pub enum Role {
 pub struct Parameter {
     pub name: Ident,
     pub role: Role,
-    /// Elements of its buffer, if it says so.
+    /// Number of elements of its buffer, where `#[len = ...]` gives it.
     pub len: Option<Expr>,
 }
 
-/// A function with what its parameters are.
+/// A function with the roles of its parameters.
 pub struct Declaration {
     pub parameters: Vec<Parameter>,
     /// The function without the attributes of its parameters.
@@ -157,18 +157,18 @@ impl Declaration {
         Ok(Declaration { parameters, function })
     }
 
-    /// The parameter of this kind, if there is one.
+    /// First parameter of a role, if there is one.
     pub fn find(&self, is: impl Fn(&Role) -> bool) -> Option<&Parameter> {
         self.parameters.iter().find(|parameter| is(&parameter.role))
     }
 
-    /// Whether any parameter is of a kind.
+    /// Whether any parameter has a role.
     pub fn has(&self, is: impl Fn(&Role) -> bool) -> bool {
         self.find(is).is_some()
     }
 }
 
-/// Takes `#[len = ...]` out of attributes.
+/// Takes `#[len = ...]` out of attributes and returns its expression.
 fn take_len(attributes: &mut Vec<Attribute>) -> Result<Option<Expr>> {
     let mut len = None;
     for attribute in attributes.drain(..) {
@@ -226,7 +226,7 @@ fn last(ty: &Type) -> Option<&PathSegment> {
     }
 }
 
-/// The type in angle brackets.
+/// Type in the angle brackets of a segment.
 fn element(segment: &PathSegment) -> Option<Type> {
     let PathArguments::AngleBracketed(arguments) = &segment.arguments else { return None };
     arguments.args.iter().find_map(|argument| match argument {
@@ -236,7 +236,7 @@ fn element(segment: &PathSegment) -> Option<Type> {
 }
 
 impl Role {
-    /// The type of the elements of its buffer.
+    /// Type of the elements of its buffer; `None` without a buffer.
     pub fn element(&self) -> Option<TokenStream> {
         match self {
             Role::Read(ty) | Role::Slots(ty) => Some(quote!(#ty)),

@@ -1,4 +1,4 @@
-//! From a declaration to the items that it stands for.
+//! Expands a declaration to items: the entry points, the description, and the call on the CPU.
 
 use proc_macro2::{Span, TokenStream};
 use quote::{format_ident, quote};
@@ -6,7 +6,7 @@ use syn::{Ident, LitInt};
 
 use crate::declaration::{Arguments, Declaration, Parameter, Passes, Role};
 
-/// The tables that `SceneTables` holds beside those of textures.
+/// Tables of `SceneTables` beside those of textures: name and type.
 const SCENE: [(&str, &str); 8] = [
     ("triangles", "triangle::Triangle"),
     ("surfaces", "triangle::TriangleSurface"),
@@ -17,7 +17,7 @@ const SCENE: [(&str, &str); 8] = [
     ("environment_texels", "environment::EnvironmentTexel"),
     ("environment_cdf", "environment::EnvironmentSum"),
 ];
-/// Those of `TextureTables`.
+/// Tables of `TextureTables`: name and type, or none for words.
 const TEXTURES: [(&str, &str); 7] = [
     ("textures", "texture::Texture"),
     ("material_textures", "texture::MaterialTextures"),
@@ -27,10 +27,10 @@ const TEXTURES: [(&str, &str); 7] = [
     ("texels_2", ""),
     ("texels_3", ""),
 ];
-/// Those of the software tracer.
+/// Tables of the software tracer.
 const BVH: [(&str, &str); 2] = [("nodes", "bvh::BvhNode"), ("blocks", "bvh::TriangleBlock")];
 
-/// How a buffer is bound.
+/// Access to a bound buffer.
 #[derive(Clone, Copy, PartialEq)]
 enum Access {
     Read,
@@ -44,7 +44,7 @@ struct Bound {
     name: Ident,
     element: TokenStream,
     access: Access,
-    /// Elements, where it is said.
+    /// Number of elements, where the pass gives it.
     len: Option<TokenStream>,
 }
 
@@ -55,7 +55,7 @@ enum Tracer {
     RayQuery,
 }
 
-/// All items of a pass.
+/// Expands a pass to all of its items.
 pub fn expand(arguments: &Arguments, declaration: &Declaration) -> TokenStream {
     let function = &declaration.function;
     let gate = arguments.hardware.then(|| quote!(#[cfg(feature = "ray-query")]));
@@ -83,7 +83,7 @@ pub fn expand(arguments: &Arguments, declaration: &Declaration) -> TokenStream {
     }
 }
 
-/// The entry points that passes share: their name is those of the passes, joined.
+/// Expands a shared function to its entry points. Their name is the names of the passes, joined.
 pub fn expand_joint(Passes(passes): &Passes, declaration: &Declaration) -> TokenStream {
     let function = &declaration.function;
     let (runs, names): (Vec<_>, Vec<_>) = passes.iter().cloned().unzip();
@@ -103,7 +103,7 @@ pub fn expand_joint(Passes(passes): &Passes, declaration: &Declaration) -> Token
     }
 }
 
-/// The module of the entry points of a function.
+/// Module of the entry points of a function.
 fn module(declaration: &Declaration, entries: &TokenStream) -> TokenStream {
     let module = format_ident!("{}_entry", declaration.function.sig.ident);
     quote! {
@@ -125,7 +125,7 @@ fn features(declaration: &Declaration) -> bool {
     traces(declaration) || declaration.has(|role| matches!(role, Role::Features))
 }
 
-/// The buffers that a pass binds, each once: those it names, then the tables of scene and tracer.
+/// Buffers that a pass binds, each once: first its own, then the tables of scene and tracer.
 fn bound(declaration: &Declaration, tracer: Tracer) -> Vec<Bound> {
     let mut all: Vec<Bound> = declaration
         .parameters
@@ -176,7 +176,7 @@ fn bound(declaration: &Declaration, tracer: Tracer) -> Vec<Bound> {
     all
 }
 
-/// Makes the values that several tables go into.
+/// Builds the values that consist of several tables: texture tables, scene tables, and the tracer.
 fn composed(declaration: &Declaration, tracer: Tracer) -> TokenStream {
     let mut composed = TokenStream::new();
     let scene = declaration.has(|role| matches!(role, Role::Scene));
@@ -216,7 +216,7 @@ fn composed(declaration: &Declaration, tracer: Tracer) -> TokenStream {
     composed
 }
 
-/// The arguments of the function, in its order.
+/// Call of the function, with its arguments in order.
 fn call(declaration: &Declaration, module: &TokenStream) -> TokenStream {
     let function = &declaration.function.sig.ident;
     let arguments = declaration.parameters.iter().map(|Parameter { name, role, .. }| match role {
@@ -240,7 +240,7 @@ fn limit(arguments: &Arguments) -> TokenStream {
     arguments.limit.as_ref().map_or(quote!(dispatch.count), |limit| quote!(#limit))
 }
 
-/// The entry point of a tracer; one that passes share runs as the pass whose index specialisation constant 1 is.
+/// Entry point for a tracer. In a shared one, specialisation constant 1 is the index of the pass that runs.
 fn entry(
     declaration: &Declaration,
     name: &str,
@@ -332,7 +332,7 @@ fn entry(
     }
 }
 
-/// The description, with the call on the CPU in it.
+/// Description of the pass, with its call on the CPU.
 fn described(arguments: &Arguments, declaration: &Declaration) -> TokenStream {
     let function = &declaration.function.sig.ident;
     let constant = Ident::new(&function.to_string().to_uppercase(), function.span());
@@ -369,7 +369,7 @@ fn described(arguments: &Arguments, declaration: &Declaration) -> TokenStream {
     };
     let lens = bound.iter().filter_map(|bound| bound.len.as_ref());
     quote! {
-        // Nothing runs it: it uses what only the description uses, so that imports are the same on both sides.
+        // Never called: uses the expressions of the description, so that both targets need the same imports.
         #[cfg(target_arch = "spirv")]
         const _: () = {
             #[allow(dead_code)]
@@ -392,7 +392,7 @@ fn described(arguments: &Arguments, declaration: &Declaration) -> TokenStream {
     }
 }
 
-/// The call on the CPU: borrows the buffers and maps the function over chunks of indices.
+/// Call on the CPU: borrows the buffers and maps the function over chunks of indices.
 fn on_cpu(arguments: &Arguments, declaration: &Declaration, bound: &[Bound]) -> TokenStream {
     let borrowed = bound.iter().map(|Bound { name, element, access, .. }| {
         let key = name.to_string();
@@ -436,8 +436,8 @@ fn on_cpu(arguments: &Arguments, declaration: &Declaration, bound: &[Bound]) -> 
     };
     let parameters = quote!(call: &::caustics_kernels::declare::Call<'_>);
     let result = quote!(::core::result::Result<(), ::caustics_kernels::declare::BufferError>);
-    // A closure has the instructions of the function that it stands in: so the whole of it stands there twice. Those of the second
-    // are what `trace::on_cpu::has_avx2` asks for.
+    // A closure is compiled for the instructions of the function around it, so both functions hold the whole body. The second
+    // one's instructions are those that `trace::on_cpu::has_avx2` checks for.
     quote! {
         #[allow(unused_variables)]
         fn any(#parameters) -> #result { #body }
@@ -455,7 +455,7 @@ fn on_cpu(arguments: &Arguments, declaration: &Declaration, bound: &[Bound]) -> 
     }
 }
 
-/// The buffer of a parameter: one that only `limit` reads has an underscore before its name.
+/// Name of a parameter's buffer: without the underscore of a parameter that only `limit` reads.
 fn buffer(parameter: &Ident) -> Ident {
     let name = parameter.to_string();
     Ident::new(name.strip_prefix('_').unwrap_or(&name), parameter.span())

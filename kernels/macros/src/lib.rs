@@ -1,5 +1,5 @@
-//! `#[pass]`: from one function, the entry points of a GPU, the call on a CPU, and the description that the host reads. From
-//! `kernels/src/pass/resolve.rs`, where the names are in scope that this crate does not know:
+//! `#[pass]`: makes of one function the entry points of a GPU, the call on a CPU, and the description that the host reads. An
+//! example from `kernels/src/pass/resolve.rs`, which imports all names in it:
 //!
 //! ```ignore
 //! /// Radiance of the caustic at each pixel.
@@ -12,45 +12,48 @@
 //!     #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
 //!     mut caustic_radiance: Slots<'_, Vec3>,
 //! ) {
+//!     // Resolve the pixel's collection point.
 //!     let point = &point_geometry[pixel as usize];
 //!     let mut caustic = Vec3::ZERO;
 //!     if point.exists() {
+//!         // Read the gathered flux.
 //!         let (sum, _) = GatheredSum::read(accumulator, pixel, params.quantum);
 //!         caustic = estimate_radiance(point, &point_shading[pixel as usize], sum);
 //!     }
+//!     // Store the radiance.
 //!     caustic_radiance.write(pixel, caustic);
 //! }
 //! ```
 //!
-//! The first parameter is the index of an invocation; every other one is told by its type:
+//! The first parameter is the index of an invocation. The type of every other parameter gives its role:
 //!
-//! | type | what it is |
+//! | type | role |
 //! |---|---|
 //! | `&FrameParams` | the frame's settings |
-//! | `Dispatch` | where this dispatch stands in its pass |
-//! | `Features` | what the scene needs, a constant while kernels are compiled |
+//! | `Dispatch` | the position of this dispatch in its pass |
+//! | `Features` | the features that the scene needs, a specialisation constant |
 //! | `SceneTables` | the scene's tables |
-//! | `&mut impl Tracer` | what traces; the pass has an entry point for each tracer |
+//! | `&mut impl Tracer` | the tracer; the pass has an entry point for each tracer |
 //! | `&mut impl Atomics` | the counters |
-//! | `&[T]` | a buffer that is read; the parameter has the buffer's name, as in all that follow |
+//! | `&[T]` | a buffer that is read; the parameter has the buffer's name, as in all further rows |
 //! | `Slots<T>` | a buffer that is written, a slot by one invocation |
 //! | `AtomicWords` | a buffer of words that invocations add to |
-//! | `&AccelerationStructure` | a structure; with `hardware` alone |
+//! | `&AccelerationStructure` | a structure; only with `hardware` |
 //!
-//! `#[len = expression]` before a buffer says how many elements it has, by `params`; without, one that is written has as many
-//! as the pass has invocations, and one that is read as many as others say. Arguments of the attribute:
+//! `#[len = expression]` before a buffer gives its number of elements, by `params`. Without it, a buffer that is written has an
+//! element for each invocation. A buffer that is read has as many elements as other passes give it. Arguments of the attribute:
 //!
 //! - `name = "resolve"`, or `name = ["gather.", points_bvh]`, which is joined.
-//! - `over = expression`: the invocations of a frame, by `params`.
-//! - `work = Variant` of `Work`: what its time counts for.
-//! - `limit = expression`: invocations there are where only the device knows, by `dispatch`, `params` and what is read;
-//!   without, `dispatch.count`.
-//! - `hardware`: there is an entry point with ray queries alone, and no call on the CPU.
-//! - `shared_entry`: its entry points are those of a function that several passes share.
+//! - `over = expression`: number of invocations of a frame, by `params`.
+//! - `work = Variant` of `Work`: kind of work that its time counts for.
+//! - `limit = expression`: number of invocations where only the device knows it, by `dispatch`, `params` and the buffers that are
+//!   read. Default: `dispatch.count`.
+//! - `hardware`: the pass has an entry point with ray queries only, and no call on the CPU.
+//! - `shared_entry`: a function that several passes share provides its entry points.
 //!
-//! Such a function is made by `#[shared_entry(mine = "pass.mine", other = "pass.other")]`: its parameters are those of all of these passes,
-//! each buffer once, and a `bool` for each pass, `mine` and `other`, which says whether it runs: constants while kernels are compiled, so
-//! that the code of the others is dead. A pass does not bind the buffers of the others.
+//! `#[shared_entry(mine = "pass.mine", other = "pass.other")]` makes such a function. Its parameters are those of all of its
+//! passes, each buffer once, and a `bool` for each pass (`mine`, `other`): whether that pass runs. The `bool`s are specialisation
+//! constants, so that the code of the other passes is dead. A pass does not bind the buffers of the others.
 
 mod declaration;
 mod expand;
@@ -75,7 +78,7 @@ pub fn pass(arguments: TokenStream, item: TokenStream) -> TokenStream {
     })
 }
 
-/// Makes an entry point that several passes share of a function, for a GPU alone; see the crate.
+/// Makes of a function an entry point that several passes share, for a GPU only; see the crate.
 #[proc_macro_attribute]
 pub fn shared_entry(passes: TokenStream, item: TokenStream) -> TokenStream {
     expanded(|| Ok(expand::expand_joint(&syn::parse(passes)?, &Declaration::new(syn::parse(item)?)?)))
@@ -85,10 +88,10 @@ fn expanded(expand: impl FnOnce() -> syn::Result<proc_macro2::TokenStream>) -> T
     expand().unwrap_or_else(|error| error.to_compile_error()).into()
 }
 
-/// Makes a function one of its own in a module, which all entry points call until a driver inlines it; on a CPU it is inlined
-/// as ever.
+/// Keeps a function apart in a module: all entry points call it until a driver inlines it. On a CPU it is always inlined.
 ///
-/// It takes and gives values, neither references nor slices, and cannot panic: rust-gpu inlines all else, with a warning.
+/// The function takes and returns values without references or slices, and cannot panic. rust-gpu inlines any other function,
+/// with a warning.
 #[proc_macro_attribute]
 pub fn shared(_: TokenStream, item: TokenStream) -> TokenStream {
     let function = proc_macro2::TokenStream::from(item);

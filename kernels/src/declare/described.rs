@@ -5,28 +5,28 @@ use std::fmt;
 use super::{BufferError, Call};
 use crate::interface::frame::FrameParams;
 
-/// A pass: what it is called, what it runs over, what it binds.
+/// A pass: its name, invocations, buffers, and code for the CPU.
 pub struct Pass {
-    /// Name: of its entry points, in profiles, in errors.
+    /// Name of its entry points, in profiles and in errors.
     pub name: &'static str,
-    /// What kind of work it does.
+    /// Kind of work.
     pub work: Work,
     /// Whether it traces rays, and so has an entry point for each tracer.
     pub traces: bool,
-    /// Its invocations in a frame with these settings.
+    /// Number of invocations in a frame with these settings.
     pub over: fn(&FrameParams) -> u32,
-    /// The buffers that it binds; on hardware a structure takes the place of those of the software tracer.
+    /// Buffers that it binds. With ray queries, a structure replaces the buffers of the software tracer.
     pub buffers: &'static [Bound],
-    /// Runs it on the CPU; none of a pass that needs ray queries.
+    /// Code for the CPU; `None` for a pass that needs ray queries.
     pub cpu: Option<OnCpu>,
 }
 
-/// A pass as the CPU calls it, compiled twice from one source; its results are the same bits.
+/// CPU code of a pass, compiled twice from one source. Both give the same bits.
 #[derive(Clone, Copy)]
 pub struct OnCpu {
-    /// For any CPU.
+    /// Code for any CPU.
     pub any: fn(&Call<'_>) -> Result<(), BufferError>,
-    /// For one that has what [`has_avx2`](crate::trace::on_cpu::has_avx2) asks for.
+    /// Code for a CPU that [`has_avx2`](crate::trace::on_cpu::has_avx2) accepts.
     #[cfg(target_arch = "x86_64")]
     pub avx2: unsafe fn(&Call<'_>) -> Result<(), BufferError>,
 }
@@ -38,9 +38,9 @@ pub struct Bound {
     pub name: &'static str,
     /// Size of an element (bytes).
     pub stride: usize,
-    /// What the pass does with it.
+    /// Access of the pass.
     pub access: Access,
-    /// Elements that it must have in a frame with these settings; 0: as many as others say.
+    /// Number of elements needed in a frame with these settings; 0: other passes decide.
     pub len: fn(&FrameParams) -> u32,
 }
 
@@ -51,12 +51,12 @@ impl Bound {
     }
 }
 
-/// What a pass does with a buffer.
+/// Access of a pass to a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Reads it.
     Read,
-    /// Reads it: a table of the scene.
+    /// Reads a table of the scene.
     Table,
     /// Writes its slots, and reads those that it writes.
     Slots,
@@ -64,24 +64,24 @@ pub enum Access {
     Words,
 }
 
-/// Kinds of work: which rate the time of a pass counts for.
+/// Kinds of work: the rate that the time of a pass counts for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Work {
     /// Traces camera paths.
     Camera,
-    /// Smooths what camera paths saw.
+    /// Smooths light of camera paths.
     Denoiser,
     /// Traces light paths that deposit.
     Light,
-    /// Chooses where light paths start.
+    /// Guides light paths: chooses their starts.
     Guide,
-    /// Builds what a gather searches.
+    /// Builds the index of a gather.
     Index,
     /// Brings photons and collection points together.
     Gather,
     /// Brings photons to pixels, not to collection points.
     Splat,
-    /// Says what pixels show, for other tools.
+    /// Writes layers for other tools.
     Auxiliary,
     /// Judges light of the previous frame, and reuses it.
     Reuse,
@@ -94,14 +94,14 @@ pub enum Work {
 }
 
 impl Pass {
-    /// The buffers that it writes.
+    /// Buffers that the pass writes.
     pub fn written(&self) -> impl Iterator<Item = &'static Bound> {
         self.buffers.iter().filter(|bound| matches!(bound.access, Access::Slots | Access::Words))
     }
 }
 
 impl fmt::Debug for Pass {
-    /// Its name: addresses of functions differ from process to process.
+    /// Prints the name: addresses of functions differ from process to process.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name)
     }

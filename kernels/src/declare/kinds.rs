@@ -1,4 +1,4 @@
-//! What a frame can be made of: kinds of variants, each a file and a line in the list of its kind.
+//! Kinds of variants that frames consist of. A variant is a file, and a line in the list of its kind.
 
 use super::{BufferError, Buffers, Pass, Step};
 use crate::interface::features::Features;
@@ -16,17 +16,17 @@ pub struct History {
     pub description: &'static str,
     /// Cost of a frame.
     pub cost: &'static str,
-    /// Limitations: where it is wrong, or gives nothing.
+    /// Limitations: where it is wrong or has no effect.
     pub limitations: &'static str,
-    /// Its settings; none: nothing is reused.
+    /// Settings; `None`: nothing is reused.
     pub settings: Option<HistorySettings>,
-    /// Once a frame, after `collect`, before anything is built over the frame's points.
+    /// Steps of a frame after `collect`, before anything is built over the frame's points.
     pub before: fn(&FrameParams) -> Vec<Step>,
     /// The pass that turns a point's sum into radiance.
     pub resolve: &'static Pass,
-    /// What is filled with zeros in a frame without light, so that nothing is reused; empty: such a frame is like any other.
+    /// Buffers cleared in a frame without light, so that nothing is reused; empty: such a frame is like any other.
     pub forget: &'static [&'static str],
-    /// Buffers in which something outlives its frame.
+    /// Buffers whose contents outlive their frame.
     pub keeps: &'static [&'static str],
     /// Whether it traces validation paths.
     pub validates: bool,
@@ -41,13 +41,14 @@ pub struct Denoiser {
     pub description: &'static str,
     /// Cost of a frame.
     pub cost: &'static str,
-    /// Limitations: where it is wrong, or gives nothing.
+    /// Limitations: where it is wrong or has no effect.
     pub limitations: &'static str,
-    /// Its steps, after `collect`.
+    /// Steps of a frame after `collect`.
     pub steps: fn(&FrameParams) -> Vec<Step>,
 }
 
-/// Hands on what starts the light paths of a frame with these settings: of the scene, and of what `shoot` reads beside its tables.
+/// Calls back with the [`Emit`] of a frame with these settings, made of the scene and of the buffers that `shoot` reads beside
+/// its tables.
 pub type Starts = fn(
     SceneTables<'_>,
     &FrameParams,
@@ -60,12 +61,12 @@ pub type Starts = fn(
 pub type Steps = fn(&FrameParams) -> Vec<Step>;
 
 /// A stage of a frame: steps that are switched on together, by the slots of the frame that they run in. Frames without light
-/// paths are dark: `before_light`, `after_gather` and `after_resolve` are skipped there.
+/// paths are dark: they skip `before_light`, `after_gather` and `after_resolve`.
 #[derive(Clone, Copy)]
 pub struct FrameStage {
     /// Name of the stage.
     pub name: &'static str,
-    /// Before a frame before which something moved, with the settings of the last frame, in the scene of this one.
+    /// Start of a frame before which something moved, with the settings of the last frame, in the scene of this one.
     pub look_back: Steps,
     /// After the camera paths.
     pub after_collect: Steps,
@@ -73,8 +74,8 @@ pub struct FrameStage {
     pub before_denoise: Steps,
     /// Before the first light path.
     pub before_light: Steps,
-    /// After the pilot, the first eighth of the light paths of a frame before which something moved, before the others start; `None`:
-    /// there is no pilot.
+    /// After the pilot, before the other light paths start; `None`: there is no pilot. The pilot is the first eighth of the light
+    /// paths of a frame before which something moved.
     pub after_pilot: Option<Steps>,
     /// After the last photon is gathered.
     pub after_gather: Steps,
@@ -82,7 +83,7 @@ pub struct FrameStage {
     pub after_resolve: Steps,
     /// At the end of every frame.
     pub at_end: Steps,
-    /// Buffers in which something outlives its frame.
+    /// Buffers whose contents outlive their frame.
     pub keeps: &'static [&'static str],
     /// Whether it reads the parts of path-traced light (`Features::PARTS`).
     pub reads_parts: bool,
@@ -120,19 +121,19 @@ pub struct Emission {
     pub description: &'static str,
     /// Cost of a frame.
     pub cost: &'static str,
-    /// Limitations: where it is wrong, or gives nothing.
+    /// Limitations: where it is wrong or has no effect.
     pub limitations: &'static str,
     /// Whether it reads the casters of the frame's settings.
     pub uses_casters: bool,
     /// The pass that shoots a batch of light paths and stores their photons.
     pub shoot: &'static Pass,
-    /// The same starts, for callers that trace some of the paths again on a CPU.
+    /// Starts of these light paths, for callers that trace some of them again on a CPU.
     pub starts: Starts,
-    /// Its steps before the light paths, and what it learns from a pilot.
+    /// Steps before the light paths, and what it learns from a pilot.
     pub stage: FrameStage,
 }
 
-/// A name names one variant, and is what is printed: addresses of functions differ from process to process.
+/// Compares and prints variants by name, which is unique: addresses of functions differ from process to process.
 macro_rules! equal_by_name {
     ($($kind:ident)*) => {
         $(

@@ -28,15 +28,15 @@ const CHUNK: u32 = 512;
 /// A dispatch on the CPU.
 #[derive(Clone, Copy)]
 pub struct Call<'a> {
-    /// The buffers that it binds by name.
+    /// Buffers, by name.
     pub buffers: &'a Buffers,
     /// Settings of the frame.
     pub params: &'a FrameParams,
-    /// Where it stands in its pass.
+    /// Position of the dispatch in its pass.
     pub dispatch: Dispatch,
-    /// What the scene needs.
+    /// Features that the scene needs.
     pub features: Features,
-    /// Whether somebody no longer wants it: what is not begun then is left out.
+    /// Set by a caller that cancels the call: chunks that have not begun are skipped.
     pub stop: &'a AtomicBool,
 }
 
@@ -51,11 +51,11 @@ impl Call<'_> {
 }
 
 impl OnCpu {
-    /// Runs the pass by what this CPU has.
+    /// Runs the code that suits this CPU.
     pub fn run(&self, call: &Call<'_>) -> Result<(), BufferError> {
         #[cfg(target_arch = "x86_64")]
         if has_avx2() {
-            // SAFETY: it has.
+            // SAFETY: `has_avx2` checked the instructions that `avx2` is compiled with.
             #[allow(unsafe_code)]
             return unsafe { (self.avx2)(call) };
         }
@@ -63,10 +63,10 @@ impl OnCpu {
     }
 }
 
-/// Why a buffer was not to be had.
+/// Reason why a buffer is not available.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BufferError {
-    /// None has this name.
+    /// No buffer has this name.
     Unknown(String),
     /// The system has no memory for it.
     NoMemory {
@@ -75,15 +75,15 @@ pub enum BufferError {
         /// Its size (bytes).
         bytes: usize,
     },
-    /// Bytes do not fit.
+    /// The bytes do not fit.
     TooSmall {
         /// Name of the buffer.
         buffer: String,
         /// Its size (bytes).
         size: usize,
-        /// Where the bytes were to begin (bytes).
+        /// Offset of the first byte (bytes).
         offset: usize,
-        /// How many there were (bytes).
+        /// Number of bytes.
         bytes: usize,
     },
 }
@@ -111,7 +111,7 @@ impl std::error::Error for BufferError {}
 #[derive(Default)]
 pub struct Buffers {
     buffers: HashMap<String, AtomicRefCell<Memory>>,
-    /// Made of the buffers of the BVH, when a pass first asks for it.
+    /// BVH for AVX2, made of the buffers of the BVH when a pass first needs it.
     bvh8: OnceLock<Option<Bvh8>>,
 }
 
@@ -144,14 +144,14 @@ impl Buffers {
         Ok(AtomicRefMut::map(self.find(name)?.borrow_mut(), Memory::edit))
     }
 
-    /// The BVH of the software tracer as this CPU likes it best, if not as it is.
+    /// BVH for AVX2; `None` if this CPU cannot use it.
     pub fn bvh8(&self, nodes: &[BvhNode], instances: &[Instance]) -> Option<&Bvh8> {
         self.bvh8.get_or_init(|| Bvh8::new(nodes, instances)).as_ref()
     }
 
     /// Overwrites a buffer from an offset (bytes) on.
     pub fn write(&mut self, name: &str, offset: usize, bytes: &[u8]) -> Result<(), BufferError> {
-        // What is written at once is a table, which passes read at random.
+        // A large write is a table, which passes read at random.
         if bytes.len() >= HUGE_PAGE {
             self.find(name)?.borrow().in_huge_pages();
         }
@@ -176,7 +176,7 @@ impl Buffers {
     }
 }
 
-/// Counters of one worker, added to the shared ones when it is done: no cache line travels for each ray.
+/// Counters of one worker, added to the shared ones at its end, so that no cache line travels for each ray.
 pub struct LocalCounters<'a> {
     words: [u32; COUNTER_COUNT],
     shared: AtomicWords<'a>,

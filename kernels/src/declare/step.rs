@@ -11,11 +11,11 @@ use crate::interface::point::Side;
 pub enum Step {
     /// Runs a pass.
     Dispatch {
-        /// Which.
+        /// Pass that runs.
         pass: &'static Pass,
-        /// Name behind that of the pass, where it has stages; else empty.
+        /// Name of the stage, behind the name of the pass; empty for a pass without stages.
         stage: &'static str,
-        /// Where this dispatch stands in its pass.
+        /// Position of the dispatch in its pass.
         dispatch: Dispatch,
     },
     /// Fills a buffer with zeros.
@@ -25,30 +25,30 @@ pub enum Step {
     },
     /// Builds the acceleration structure `neighbour_structure` over the boxes in `index_0`.
     Structure {
-        /// Over what: the boxes are of all pixels, or of the photons there are.
+        /// Elements with boxes: all pixels, or the photons of the frame.
         side: Side,
-        /// Boxes, at most.
+        /// Maximum number of boxes.
         count: u32,
     },
 }
 
 impl Step {
-    /// All invocations that a pass has in a frame.
+    /// Dispatches all invocations that a pass has in a frame.
     pub fn new(pass: &'static Pass, params: &FrameParams) -> Step {
         Step::dispatch(pass, Dispatch { count: (pass.over)(params), ..Dispatch::default() })
     }
 
-    /// So many invocations of a pass at a level.
+    /// Dispatches `count` invocations of a pass at a level.
     pub fn level(pass: &'static Pass, level: u32, count: u32) -> Step {
         Step::dispatch(pass, Dispatch { level, count, ..Dispatch::default() })
     }
 
-    /// A dispatch of a pass without stages.
+    /// Dispatches a pass without stages.
     pub const fn dispatch(pass: &'static Pass, dispatch: Dispatch) -> Step {
         Step::Dispatch { pass, stage: "", dispatch }
     }
 
-    /// Its name in profiles and messages.
+    /// Name in profiles and messages.
     pub fn label(&self) -> String {
         match *self {
             Step::Dispatch { pass, stage: "", .. } => pass.name.into(),
@@ -59,7 +59,7 @@ impl Step {
         }
     }
 
-    /// What kind of work it does; none of one that clears what no index consists of.
+    /// Kind of work; `None` for clearing a buffer that is not part of an index.
     pub fn work(&self) -> Option<Work> {
         match self {
             Step::Dispatch { pass, .. } => Some(pass.work),
@@ -69,7 +69,7 @@ impl Step {
     }
 }
 
-/// The words of a gather's index.
+/// Buffers of a gather's index.
 pub const INDEX: [&str; 4] = ["index_0", "index_1", "index_2", "index_3"];
 
 /// A buffer of a plan, by the name that entry points bind it with.
@@ -81,8 +81,8 @@ pub struct BufferSpec {
     pub bytes: usize,
 }
 
-/// The buffers that steps bind or clear, scene tables aside: as large as the pass says that needs most. What nobody gives a
-/// size is empty.
+/// Buffers that steps bind or clear, without the tables of the scene. The size of each is the maximum over its passes; it is
+/// empty if no pass gives it a size.
 pub fn buffers(steps: &[Step], params: &FrameParams) -> Vec<BufferSpec> {
     let mut sizes: BTreeMap<&'static str, usize> = BTreeMap::new();
     for step in steps {

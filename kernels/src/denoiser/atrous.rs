@@ -1,17 +1,19 @@
-//! `denoise.guide` and `denoise.atrous`: an edge-stopping a-trous wavelet over the path-traced part [Dammertz et al. 2010],
-//! guided by measured variance [Schied et al. 2017], as an exchange of light between pairs of pixels: what one gives the other
-//! takes, so the image keeps its energy.
+//! `denoise.guide` and `denoise.atrous`: an edge-stopping a-trous wavelet filter of path-traced light [Dammertz et al. 2010],
+//! guided by measured variance [Schied et al. 2017]. Pairs of pixels exchange light: one takes exactly the light that the other
+//! gives, so the image keeps its energy.
 //!
-//! Filtered is the light that arrives at collection points (direct and from behind). What a path saw before its point
-//! stays: lights seen, highlights of mirrors, emission. Pairs are told by the features of their points, which
-//! both read alike: another camera vertex, material or instance, another plane or direction, and nothing is exchanged.
-//! Shadows have no edge in the features, so brightness is compared too, by what its noise is: the square of the difference over
-//! the sum of both variances, in which both of a pair agree, hence the energy stays. A history of path-traced light knows the
-//! variance of a pixel by its frames: the longer it is, the less is exchanged, and a sharp shadow is sharp again. Where
-//! none does, the first level compares nothing and takes the variance of the pixels around.
+//! The filter smooths light that arrives at collection points (direct and from the camera suffix). Light that a path met before
+//! its point stays: lights seen, highlights of mirrors, emission. The features of two points decide about their exchange, and
+//! both pixels read them alike. There is no exchange with another camera vertex, material or instance, or with another plane or
+//! direction.
 //!
-//! Cost: a level reads 64 bytes of itself and of 8 neighbours (600 B a pixel from caches, 64 from memory) and
-//! writes 16; the guide reads 120 and writes 76. Limitations: without a history shadows blur by a pixel or two.
+//! Shadows have no edge in the features, so the filter also compares brightness, relative to its noise. The measure is the
+//! square of the difference over the sum of both variances. It is symmetric, so the energy stays. A history of path-traced light
+//! knows a pixel's variance from its frames. The longer it is, the less is exchanged, and a sharp shadow is sharp again. Without
+//! a history, the first level compares no brightness and estimates the variance from the pixels around.
+//!
+//! Cost: a level reads 64 bytes of itself and of 8 neighbours (600 B a pixel from caches, 64 from memory) and writes 16. The
+//! guide reads 120 and writes 76. Limitations: without a history shadows blur by a pixel or two.
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
@@ -27,17 +29,18 @@ use crate::platform::Slots;
 use crate::surface::textured::material_of;
 use spirv_std::glam::{Vec3, Vec4};
 
-/// Smallest and largest factor of light that is divided out: their ratio is finite.
+/// Bounds of the factor that light is divided by, so that ratios of two factors are finite.
 const SHARES: (f32, f32) = (1.0e-12, 1.0e12);
-/// Reflectance of a coat at normal incidence: what a texture does not tint.
+/// Reflectance of a coat at normal incidence, which no texture tints.
 const COAT: f32 = 0.04;
-/// Distance of a point from another's plane at which exchange ends (radii), and how it grows with the pixels between.
+/// Distance of a point from another's plane at which exchange ends (radii), and its increase per pixel of distance.
 const PLANE: (f32, f32) = (1.0, 0.1);
-/// Variances of a difference of brightness whose square quarters an exchange. Of 4 to 64 the error of `mirror-room` was least.
+/// Square of a difference of brightness, in variances, that quarters an exchange. Of 4 to 64, this gave the smallest error of
+/// `mirror-room`.
 const NOISE: f32 = 16.0;
 
 #[cfg(not(target_arch = "spirv"))]
-/// See the head of the file.
+/// Edge-stopping wavelet filter of the path-traced part.
 pub const ATROUS: Denoiser = Denoiser {
     name: "atrous",
     description: "an edge-stopping wavelet, guided by collection points and measured variance; it keeps the energy",
@@ -49,7 +52,7 @@ pub const ATROUS: Denoiser = Denoiser {
     },
 };
 
-/// Features of the pixels, and the light that is filtered.
+/// Computes the features of a pixel, and the light to be filtered.
 #[pass(name = "denoise.guide", over = params.pixel_count(), work = Denoiser)]
 pub fn guide(
     pixel: u32,
@@ -76,7 +79,8 @@ pub fn guide(
     filter_light.write(pixel, start.light.extend(variance));
 }
 
-/// One level; even levels read `filter_light` and write `filter_next`, odd ones the other way; the last one writes `path_radiance`.
+/// Runs one level. Even levels read `filter_light` and write `filter_next`, odd levels the other way. The last one writes
+/// `path_radiance`.
 #[pass(name = "denoise.atrous", over = params.pixel_count(), work = Denoiser)]
 pub fn level(
     pixel: u32,
@@ -101,18 +105,18 @@ pub fn level(
     }
 }
 
-/// What a pixel starts with.
+/// Input of the filter at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterInput {
-    /// Its features.
+    /// Features.
     pub guide: DenoiserGuide,
-    /// Radiance that is filtered (W m^-2 sr^-1).
+    /// Radiance to be filtered (W m^-2 sr^-1).
     pub light: Vec3,
-    /// Radiance that is not (W m^-2 sr^-1).
+    /// Radiance that stays as it is (W m^-2 sr^-1).
     pub prefix: Vec3,
 }
 
-/// Splits a pixel's radiance, of which `prefix` came before its point, into what is filtered and what is not.
+/// Splits a pixel's radiance into a filtered and an unfiltered part; `prefix` is its radiance from before its point.
 #[inline(always)]
 pub fn start(
     radiance: Vec3,
@@ -125,7 +129,7 @@ pub fn start(
     let light = radiance - prefix;
     let carried = shading.throughput.element_sum();
     if !point.exists() || !is_finite(light.element_sum()) || !is_finite(carried) {
-        // All of it stays, to the bit.
+        // Keep all of it, to the bit.
         let guide = DenoiserGuide { surface: NONE, ..DenoiserGuide::default() };
         return FilterInput { guide, light: Vec3::ZERO, prefix: radiance };
     }
@@ -146,17 +150,18 @@ pub fn start(
     FilterInput { guide, light, prefix }
 }
 
-/// A number that no two kinds of surface share but with a probability of one in two thousand million.
+/// Hash of a kind of surface; two kinds share it with a probability of one in two thousand million.
 #[inline(always)]
 fn surface(depth: u32, instance: u32, material: u32) -> u32 {
     let hash = (instance.wrapping_mul(0x9e37_79b1) ^ depth).wrapping_mul(0x85eb_ca6b);
     ((hash ^ hash >> 15) ^ material.wrapping_mul(0xc2b2_ae35)) & (NONE >> 1)
 }
 
-/// One level: the light of a pixel after its exchange with 8 others, and the variance of its brightness,
-/// l_i + sum k_j w_ij (l_j min(1, s_i / s_j) - l_i min(1, s_j / s_i)), s the shares of light at the point that are seen.
-/// Each term is the negative of the other pixel's; where l is proportional to s all terms are 0; with k and w in [0, 1]
-/// and sum k = 1 no light turns negative.
+/// Runs one level: returns the light of a pixel after its exchange with 8 others, and the variance of its brightness.
+///
+/// The light is `l_i + sum k_j w_ij (l_j min(1, s_i / s_j) - l_i min(1, s_j / s_i))`, with s the seen share of light at the
+/// point. Each term is the negative of the other pixel's. All terms are 0 where l is proportional to s. With k and w in [0, 1]
+/// and sum k = 1, no light turns negative.
 #[inline(always)]
 pub fn smoothed(
     pixel: u32,
@@ -202,12 +207,12 @@ pub fn smoothed(
     (own.truncate() + sum).extend(noise.variance())
 }
 
-/// A variance that nobody knows.
+/// Marks an unknown variance.
 const UNKNOWN: f32 = -1.0;
 /// Weight of a pixel in its own mean.
 const OWN: f32 = 0.25;
 
-/// The variance of a mean of brightness, by what is known of the parts of that mean, or by how they differ.
+/// Variance of a mean of brightness: from the variances of the parts of that mean, or from the differences of the parts.
 struct Noise {
     own: f32,
     own_brightness: f32,
@@ -222,7 +227,7 @@ struct Noise {
 }
 
 impl Noise {
-    /// Of one pixel.
+    /// Starts with one pixel.
     #[inline(always)]
     fn new(own: f32, own_brightness: f32) -> Noise {
         Noise {
@@ -236,7 +241,7 @@ impl Noise {
         }
     }
 
-    /// With another pixel, of such a variance.
+    /// Adds another pixel with its variance.
     #[inline(always)]
     fn add(&mut self, weight: f32, brightness: f32, variance: f32) {
         let variance = if variance < 0.0 { self.own } else { variance };
@@ -248,14 +253,14 @@ impl Noise {
         self.square_differences += weight * difference * difference;
     }
 
-    /// The variance of the mean, as if its parts were independent.
+    /// Variance of the mean, for independent parts.
     #[inline(always)]
     fn variance(&self) -> f32 {
         let own = 1.0 - self.weights;
         if self.own >= 0.0 {
             return own * own * self.own + self.variances;
         }
-        // That of a part, by all parts with the weights of the kernel.
+        // Estimate the variance of a part from all parts, with the weights of the kernel.
         let all = OWN + self.weights;
         let share = (OWN * OWN + self.squares) / (all * all);
         if share >= 1.0 {
@@ -267,11 +272,11 @@ impl Noise {
     }
 }
 
-/// What a pixel would get from another less what it would give, were they alike.
+/// Light that a pixel takes from another less the light that it gives, before weighting.
 #[inline(always)]
 fn exchange(own: &DenoiserGuide, own_light: Vec3, other: &DenoiserGuide, light: Vec3) -> Vec3 {
     if (own.share - other.share).abs().element_sum() == 0.0 {
-        // The same without divisions: most pairs of most scenes.
+        // Most pairs of most scenes have equal shares: do without divisions.
         return light - own_light;
     }
     let taken = light * (own.share / other.share).min(Vec3::ONE);
@@ -279,7 +284,7 @@ fn exchange(own: &DenoiserGuide, own_light: Vec3, other: &DenoiserGuide, light: 
     taken - given
 }
 
-/// How alike two points are, in [0, 1]; the same for both.
+/// Likeness of two points, in [0, 1]; symmetric.
 #[inline(always)]
 pub fn likeness(a: &DenoiserGuide, b: &DenoiserGuide, step: f32) -> f32 {
     if a.surface != b.surface {
@@ -305,13 +310,13 @@ pub fn likeness(a: &DenoiserGuide, b: &DenoiserGuide, step: f32) -> f32 {
     (x * c32 * c32).min(1.0)
 }
 
-/// Brightness of the light at a point, whatever its share.
+/// Brightness of the light at a point, independent of the point's share.
 #[inline(always)]
 fn brightness(light: Vec3, guide: &DenoiserGuide) -> f32 {
     light.element_sum() * guide.inverse_share
 }
 
-/// How alike two brightnesses are that differ so much, in [0, 1], by their variances; alike, where one is not known.
+/// Likeness of two brightnesses, in [0, 1], by their difference and their variances; 1 if a variance is unknown.
 #[inline(always)]
 fn evenness(difference: f32, a: f32, b: f32) -> f32 {
     let square = difference * difference;

@@ -3,7 +3,7 @@
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Denoiser;
 
-/// Nothing is smoothed.
+/// Smooths nothing.
 #[cfg(not(target_arch = "spirv"))]
 pub const NONE: Denoiser = Denoiser {
     name: "none",

@@ -1,4 +1,4 @@
-//! Aimed emission: into the cones round what casts caustics (`light::aimed`).
+//! Aimed emission: into cones around the casters (`light::aimed`).
 
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{Emission, FrameStage};
@@ -6,7 +6,7 @@ use crate::light::aimed::Aimed;
 
 crate::shoot_pass!(shared_entry "shoot.aimed", |power| Aimed { power });
 
-/// See the head of the file.
+/// Emission into cones around the casters.
 #[cfg(not(target_arch = "spirv"))]
 pub const AIMED: Emission = Emission {
     name: "aimed",

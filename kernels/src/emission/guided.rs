@@ -1,10 +1,12 @@
-//! Guided emission: where paths were seen to give the image something (`light::guided`), and how that is learnt.
+//! Guided emission: starts light paths where earlier ones contributed to the image (`light::guided`), and learns where that is.
 //!
 //! Shooting counts the starts of every texel, gathering adds up their scores (`gather::score`). Before the next frame shoots,
-//! both are added to what is known; sums over nodes of each map give texels with few starts the mean of their surroundings;
-//! roots of the means are what paths are sampled by. In a frame before which something moved, what is known counts half, and an
-//! eighth of its paths, the *pilot*, is learnt from before the others are sampled. All of that is fixed before the paths that
-//! use it are sampled, so that frames and their parts are unbiased and may be averaged.
+//! both are added to the sums of earlier frames. Sums over nodes of each map give texels with few starts the mean of their
+//! surroundings. Paths are sampled by the roots of the means.
+//!
+//! In a frame before which something moved, the sums of earlier frames count half. An eighth of the frame's paths, the *pilot*,
+//! is added to the sums before the other paths are sampled. All sums are fixed before the paths that use them are sampled. Frames
+//! and their parts are therefore unbiased and may be averaged.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -34,7 +36,7 @@ crate::shoot_pass!(shared_entry "shoot.guided", |power, guide_maps: &[GuideMap],
     pyramid: guide_pyramid
 });
 
-/// See the head of the file.
+/// Emission guided by the scores of earlier light paths.
 #[cfg(not(target_arch = "spirv"))]
 pub const GUIDED: Emission = Emission {
     name: "guided",
@@ -59,7 +61,7 @@ pub const GUIDED: Emission = Emission {
     },
 };
 
-/// Adds what was scored to what is known, and makes maps of it. The first time in a frame, what is known fades.
+/// Adds new scores to the sums and makes maps of the sums. At `time` 0, the first in a frame, the sums fade.
 #[cfg(not(target_arch = "spirv"))]
 fn learn(params: &FrameParams, time: u32) -> Vec<Step> {
     let nodes = |level| GuidingPyramid::count(level, map_count(params));
@@ -72,14 +74,14 @@ fn learn(params: &FrameParams, time: u32) -> Vec<Step> {
     steps
 }
 
-/// Largest score that starts of a texel have in the mean of a frame, relative to their map: else single paths would rule it.
+/// Maximum mean score of a texel's starts in a frame, relative to their map, so that no single path dominates the map.
 const MAX_SCORE: f32 = 64.0;
-/// Score of a start of an unknown map that counts one unit, relative to what a map gives that all light of the image is from.
+/// Unit of the scores of an unknown map, relative to the score of a map that all light of the image comes from.
 const UNSEEN: f32 = 1.0e-6;
-/// Starts of a texel that count as much as the mean of the node above.
+/// Weight of the mean of the node above, in starts of a texel.
 const SHRINKAGE: f32 = 4.0;
 
-/// Adds what was scored since the last time to what is known, a texel an invocation; at level 0 what is known fades.
+/// Adds scores since the last time to the sums, a texel an invocation. At level 0 the sums fade.
 #[pass(name = "guide.learn", over = GuidingPyramid::count(0, map_count(params)), work = Guide)]
 pub fn guide_learn(
     index: u32,
@@ -96,10 +98,10 @@ pub fn guide_learn(
     if dispatch.level == 0 {
         let all = guide_sums.read(max_map_count(params) * GuidingPyramid::NODES).starts;
         keep_starts = kept(all / params.light_path_count as f32, params);
-        // Scores are relative to the image: where that became brighter, so did all that was scored.
+        // Scores are relative to the image: where the image became brighter, reduce earlier scores.
         keep_score = keep_starts * image_rows[params.height as usize + 1].min(1.0);
     }
-    // In the second frame: what the first pilot scored knew of no caustic.
+    // Forget all scores in the second frame: those of the first pilot knew of no caustic.
     let is_second = pixel_sums[0].path_frames == 1.0 + kept(1.0, params);
     if is_second && dispatch.level == 0 {
         (keep_score, keep_starts) = (0.0, 0.0);
@@ -113,7 +115,7 @@ pub fn guide_learn(
     start_scores.set(word + 1, 0);
     start_counts.set(index, 0);
     let mut score = quanta.to_f32(1.0 / INVERSE_QUANTUM);
-    // Where a mean is known, it is the unit.
+    // Bound the score where the map's mean is known, which is then the unit.
     if !is_second && guide_sums.read(GuidingPyramid::node(GuidingPyramid::TOP, map).slot).score > 0.0 {
         score = score.min(MAX_SCORE * starts);
     }
@@ -123,11 +125,11 @@ pub fn guide_learn(
         score: before.score * keep_score + score * unit,
         starts: before.starts * keep_starts + starts,
     };
-    // What would poison all of it counts nothing.
+    // Forget a sum that is not finite: it would spoil all nodes above.
     guide_sums.write(slot, if is_finite(sum.score) { sum } else { GuideSum::default() });
 }
 
-/// The sums over a level of nodes; above the maps, over all of them.
+/// Sums the children of each node of a level; above the maps' levels, the sum of all maps.
 #[pass(name = "guide.sum", over = GuidingPyramid::count(1, map_count(params)), work = Guide)]
 pub fn guide_sum(
     index: u32,
@@ -157,8 +159,8 @@ fn plus(a: GuideSum, b: GuideSum) -> GuideSum {
     GuideSum { score: a.score + b.score, starts: a.starts + b.starts }
 }
 
-/// What paths are sampled by: of a texel the root of its mean score, shrunk towards those of the nodes above it; of other nodes,
-/// the sum.
+/// Computes the values that paths are sampled by. A texel has the root of its mean score, shrunk to the means of the nodes above
+/// it. Other nodes have the sum of their children.
 #[pass(name = "guide.pyramid", over = GuidingPyramid::count(0, map_count(params)), work = Guide)]
 pub fn guide_pyramid(
     index: u32,
@@ -193,7 +195,7 @@ pub fn guide_pyramid(
     guide_pyramid.write(slot, mean.sqrt());
 }
 
-/// How often each map is sampled from.
+/// Computes the probability of each map.
 #[pass(name = "guide.shares", over = 1, work = Guide)]
 pub fn guide_shares(
     _index: u32,
@@ -205,7 +207,7 @@ pub fn guide_shares(
     #[len = max_map_count(params)] mut guide_maps: Slots<'_, GuideMap>,
 ) {
     let (groups, maps) = (group_count(params), maps_of_group(params));
-    // What was sampled from, or else could be sampled from, for all that is known. Lights of no power are never sampled.
+    // Add up the maps that can be sampled. Lights of no power are never sampled.
     let mut total = 0.0;
     let mut map = 0;
     while map < groups * maps {
@@ -228,7 +230,7 @@ pub fn guide_shares(
             GuideMap {
                 below,
                 share,
-                // What the first pilot scored is no measure of what comes after it.
+                // Scores of the first pilot are no measure of later scores.
                 unit: if root.score > 0.0 && !is_first {
                     root.score / root.starts
                 } else {
@@ -242,7 +244,7 @@ pub fn guide_shares(
     }
 }
 
-/// The mean of what paths are sampled by in a map; nothing where none started, as in a cone that no position sees.
+/// Mean sampling value of a map; 0 where no path started, as in a cone that no position sees.
 #[inline(always)]
 fn mass(map: u32, sums: &[GuideSum], pyramid: &[f32]) -> f32 {
     let root = sums[GuidingPyramid::node(GuidingPyramid::TOP, map).slot as usize];

@@ -1,11 +1,11 @@
-//! Emission by power: every light by its share of the flux, all of its positions and directions alike (`light::power`).
+//! Emission by power: lights by their share of the flux, positions and directions by their own share (`light::power`).
 
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{Emission, FrameStage};
 
 crate::shoot_pass!(shared_entry "shoot.store", |power| power);
 
-/// See the head of the file.
+/// Emission by power: lights by their share of the flux.
 #[cfg(not(target_arch = "spirv"))]
 pub const POWER: Emission = Emission {
     name: "power",

@@ -1,5 +1,6 @@
-//! The accumulator: a point has seven words, (low, high) of red, green, blue in [`Quanta`], and the number of photons. The quantum is 2^-24 of the
-//! largest flux of a light path; an addend is clamped to 2^24 of it, so 2^16 addends of that size still fit.
+//! The accumulator of a gather. A point has seven words: (low, high) of red, green and blue in [`Quanta`], and the number of
+//! photons. The quantum is 2^-24 of the largest flux of a light path. An addend is clamped to 2^24 times that flux, so 2^16
+//! addends of that size still fit.
 
 use crate::interface::counters::Counter;
 use crate::math::is_finite;
@@ -7,7 +8,7 @@ use crate::math::quanta::{MAX_QUANTA, Quanta};
 use crate::platform::Atomics;
 use spirv_std::glam::Vec3;
 
-/// Words of one point.
+/// Number of words of one point.
 pub const WORDS: u32 = 7;
 /// The sum of one point's photons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,7 +28,7 @@ pub struct GatheredSum {
 }
 
 impl GatheredSum {
-    /// One photon.
+    /// Sum of one photon that contributes `value`; `inverse_quantum` is one over the quantum.
     #[inline]
     pub fn new(value: Vec3, inverse_quantum: f32) -> Self {
         let finite = is_finite(value.x) && is_finite(value.y) && is_finite(value.z);
@@ -42,7 +43,7 @@ impl GatheredSum {
         }
     }
 
-    /// Sum of two.
+    /// Adds two sums.
     #[inline]
     pub fn plus(self, other: GatheredSum) -> Self {
         GatheredSum {
@@ -55,7 +56,7 @@ impl GatheredSum {
         }
     }
 
-    /// Adds to a point's words; any number of invocations may do so at once.
+    /// Adds the sum to a point's words. Any number of invocations may add at once.
     #[inline]
     pub fn add_to<A: Atomics>(self, words: &mut A, point: u32) {
         let first = point * WORDS;
@@ -79,7 +80,7 @@ impl GatheredSum {
         }
     }
 
-    /// The sum in a point's words [unit of `quantum`] and its number of photons.
+    /// Reads the sum in a point's words (in the unit of `quantum`) and its number of photons.
     #[inline]
     pub fn read(words: &[u32], point: u32, quantum: f32) -> (Vec3, u32) {
         let first = (point * WORDS) as usize;
@@ -119,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_clamped_and_counted() {
+    fn addend_that_does_not_fit_is_clamped_and_counted() {
         let sum = GatheredSum::new(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0);
         assert_eq!(
             (sum.red, sum.green, sum.blue),

@@ -1,10 +1,12 @@
-//! Brute force: every point looks at every photon. O(points x photons): the oracle of every gather, nothing else.
+//! Brute force: every point visits every photon. It is the oracle that tests hold every gather against.
+//!
+//! Cost: points times photons. Limitations: slow, so it serves as the oracle alone.
 
 use crate::gather::tables::{Build, Tables};
 use crate::gather::variant::Variant;
 use crate::gather::{Gather, Index, Near, Visit};
 
-/// See the head of the file.
+/// Gather without an index: every point visits every photon.
 pub struct Brute;
 
 impl Index for Brute {

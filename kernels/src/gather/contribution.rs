@@ -1,5 +1,5 @@
-//! Photon density estimation at a collection point: the photons that its disc holds, and BSDF times flux of each. `resolve` divides
-//! the sum by the area of the disc, pi R^2.
+//! Photon density estimation at a collection point [Jensen 1996]: finds the photons in its disc, and evaluates BSDF times flux of
+//! each. `resolve` divides the sum by the area of the disc, pi R^2.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -20,7 +20,8 @@ pub const MIN_NORMAL_COS: f32 = 0.9;
 /// Half thickness of a point's disc, relative to its radius.
 pub const DISC_THICKNESS: f32 = 0.1;
 
-/// Whether `point` takes `photon`: inside the disc, on the same surface and side, and short enough a path.
+/// Whether `point` takes `photon`. The photon lies in the disc, on the same side of the same surface. Camera path and light path
+/// together stay within `max_bounces`.
 #[inline(always)]
 pub fn takes(point: &PointGeometry, photon: &PhotonGeometry, max_bounces: u32) -> bool {
     let along = photon.position - point.position;
@@ -30,18 +31,18 @@ pub fn takes(point: &PointGeometry, photon: &PhotonGeometry, max_bounces: u32) -
         && point.depth + photon.scatterings <= max_bounces
 }
 
-/// Whether two positions, `along` apart, are on the same side of one surface, told by discs of a radius (m): within the slab
-/// across the mean of both normals.
+/// Whether two positions, `along` apart, lie on the same side of one surface: within a slab across the mean of both normals. The
+/// slab's half thickness is `DISC_THICKNESS` times the radius (m).
 #[inline(always)]
 pub fn is_same_surface(along: Vec3, normal: Vec3, other_normal: Vec3, radius: f32) -> bool {
     let normals = normal + other_normal;
     let height = along.dot(normals);
     let limit = DISC_THICKNESS * radius;
-    // Squares on both sides: |height| <= 0.1 R |n_x + n_y| without a root.
+    // Compare squares: |height| <= 0.1 R |n_x + n_y| needs no root.
     normal.dot(other_normal) > MIN_NORMAL_COS && height * height <= limit * limit * normals.length_squared()
 }
 
-/// A collection point as the light of photons meets it: what is the same for all of them.
+/// Collection point as photons meet it: its BSDF in its shading frame, the same for all photons.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Receiver {
     frame: ShadingFrame,
@@ -49,7 +50,7 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// Of a point and its material.
+    /// Receiver of a point and its material.
     #[inline(always)]
     pub fn new(
         shading: &PointShading,
@@ -58,7 +59,7 @@ impl Receiver {
         features: Features,
     ) -> Receiver {
         let frame = ShadingFrame::new(shading.shading_normal);
-        // What is seen is above the face.
+        // The viewer is above the face.
         let to_viewer = flip_to_geometric_hemisphere(frame.to_local(shading.to_viewer), true);
         let classes = Classes::NON_SPECULAR;
         let indices = Indices::new(shading.eta);
@@ -90,9 +91,9 @@ pub fn contribution(
     Receiver::new(shading, material, specular_roughness, features).contribution(photon)
 }
 
-/// Half extent (m) of a box that holds every photon a disc may take. The slab of `takes` is tilted by up to half the
-/// largest angle between the normals (acos(0.9) / 2 = 12.9 degrees), so a photon may stand off the disc's own plane
-/// by R sin(asin(0.1) + 12.9 degrees) = 0.32 R. Inflated by 4 ulp of the largest coordinate, for what rounding takes.
+/// Half extent (m) of a box that holds every photon a disc may take. The slab of `takes` is tilted by up to half the largest
+/// angle between the normals (acos(0.9) / 2 = 12.9 degrees). So a photon may stand off the disc's own plane by R sin(asin(0.1) +
+/// 12.9 degrees) = 0.32 R. The box is inflated by 4 ulp of the largest coordinate, for rounding.
 #[inline(always)]
 pub fn disc_half_extent(point: &PointGeometry) -> Vec3 {
     let normal = point.normal;

@@ -1,5 +1,5 @@
-//! `index.*` and `gather.*`: build an index, and bring photons and points together. An index over points is asked by each
-//! photon, which gives to the points that take it; an index over photons by each point, which takes from them.
+//! `index.*` and `gather.*`: build an index, and bring photons and points together. With an index over points, each photon
+//! searches for the points that take it. With an index over photons, each point searches for the photons that it takes.
 
 use crate::gather::accumulator::GatheredSum;
 use crate::gather::contribution::{Receiver, contribution, disc_half_extent, takes};
@@ -11,11 +11,11 @@ use crate::platform::Atomics;
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
-/// The pass that builds the index of a variant: `index_pass!(stripes, Stripes)` declares `index` and `INDEX`.
+/// Declares the pass that builds the index of a variant: `index_pass!(stripes, Stripes)` makes `index` and `INDEX`.
 #[macro_export]
 macro_rules! index_pass {
     ($name:ident, $type:ty) => {
-        /// Builds the index, a stage a dispatch.
+        /// Builds the index, one stage a dispatch.
         #[$crate::declare::pass(
             name = ["index.", $name], over = 0, work = Index, limit = dispatch.limit(photon_state, params),
         )]
@@ -60,8 +60,8 @@ macro_rules! index_pass {
     };
 }
 
-/// The pass that gathers by a variant: `gather_pass!(stripes, Stripes)` declares `gather` and `GATHER`. In brackets what
-/// searches by ray queries, inside of this crate.
+/// Declares the pass that gathers by a variant: `gather_pass!(stripes, Stripes)` makes `gather` and `GATHER`. The arguments in
+/// brackets serve variants of this crate that search by ray queries.
 #[macro_export]
 macro_rules! gather_pass {
     ($name:ident, $type:ty) => {
@@ -73,7 +73,7 @@ macro_rules! gather_pass {
         $name:ident, $type:ty, [$($hardware:tt)*], [$($structure:tt)*],
         |$tables:ident, $near:ident, $visit:ident| $search:expr
     ) => {
-        /// Gathers, a point or a photon an invocation.
+        /// Gathers, one point or one photon an invocation.
         #[$crate::declare::pass(
             name = ["gather.", $name],
             over = $crate::gather::variant::Over::searchers(<$type as $crate::gather::Index>::VARIANT.side).extent(params),
@@ -128,11 +128,13 @@ macro_rules! gather_pass {
             if const {
                 matches!(<$type as $crate::gather::Index>::VARIANT.side, $crate::gather::variant::Side::Points)
             } {
+                // Find the points that take this photon
                 let mut give = $crate::gather::exchange::PhotonGather::new(searcher, $tables);
                 let ($near, $visit) = (give.near(), &mut give);
                 $search;
                 give.close($tables, counters);
             } else {
+                // Find the photons that this point takes
                 let mut take = $crate::gather::exchange::PointGather::new(searcher, $tables);
                 if take.is_point() {
                     let ($near, $visit) = (take.near(), &mut take);
@@ -144,7 +146,7 @@ macro_rules! gather_pass {
     };
 }
 
-/// The passes of every variant, a module each.
+/// Declares the passes of every variant, one module each.
 macro_rules! passes {
     ([$($file:ident $type:ident $constant:ident;)*] [$($file_rt:ident $type_rt:ident $constant_rt:ident;)*]) => {
         $(
@@ -178,7 +180,7 @@ macro_rules! passes {
 
 for_each_gather!(passes);
 
-/// A photon that gives to points.
+/// Photon that searches for the points that take it.
 pub struct PhotonGather {
     geometry: PhotonGeometry,
     light: PhotonLight,
@@ -187,7 +189,7 @@ pub struct PhotonGather {
 }
 
 impl PhotonGather {
-    /// Photon `index`, which has given nothing yet.
+    /// Photon `index`, before its search.
     #[inline(always)]
     pub fn new(index: u32, tables: &Tables<'_>) -> PhotonGather {
         let geometry = tables.photon_geometry[index as usize];
@@ -195,13 +197,13 @@ impl PhotonGather {
         PhotonGather { geometry, light, total: GatheredSum::default(), score: Quanta::default() }
     }
 
-    /// Where its points are: their boxes hold it.
+    /// Region of its points: their boxes hold the photon.
     #[inline(always)]
     pub fn near(&self) -> Near {
         Near { position: self.geometry.position, half_extent: Vec3::ZERO }
     }
 
-    /// Counts what was given, and tells it to the photon's start.
+    /// Adds its counts to the counters, and its score to the photon's start.
     #[inline(always)]
     pub fn close<C: Atomics>(self, tables: &mut Tables<'_>, counters: &mut C) {
         score::add(self.score, &self.light, &mut tables.start_scores);
@@ -219,9 +221,11 @@ impl Visit for PhotonGather {
             let material = material_of(&shading, tables.materials, tables.features);
             let roughness = tables.params.specular_roughness;
             let value = contribution(&shading, material, &self.light, roughness, tables.features);
+            // Add the photon to the point's sum
             let sum = GatheredSum::new(value, tables.params.inverse_quantum());
             sum.add_to(&mut tables.accumulator, pixel);
             self.total = self.total.plus(sum);
+            // Score the start of the light path
             if self.light.score > 0.0 {
                 let weight = tables.pixel_weights[pixel as usize];
                 self.score = self.score.plus(score::score(&self.light, &point, &shading, value, weight));
@@ -230,17 +234,17 @@ impl Visit for PhotonGather {
     }
 }
 
-/// A point that takes from photons.
+/// Point that searches for the photons that it takes.
 pub struct PointGather {
     pixel: u32,
     point: PointGeometry,
-    /// Made for the first photon that it takes; what it was before tells nothing.
+    /// BSDF of the point, made for the first photon that it takes; meaningless before.
     receiver: Receiver,
     sum: GatheredSum,
 }
 
 impl PointGather {
-    /// The point at position `index` of `pixel_order`, which has taken nothing yet.
+    /// Point at position `index` of `pixel_order`, before its search.
     #[inline(always)]
     pub fn new(index: u32, tables: &Tables<'_>) -> PointGather {
         let pixel = tables.pixel_order[index as usize];
@@ -248,19 +252,19 @@ impl PointGather {
         PointGather { pixel, point, receiver: Receiver::default(), sum: GatheredSum::default() }
     }
 
-    /// Whether there is a point.
+    /// Whether the pixel has a point.
     #[inline(always)]
     pub fn is_point(&self) -> bool {
         self.point.exists()
     }
 
-    /// Where its photons are.
+    /// Box of the photons that its disc may take.
     #[inline(always)]
     pub fn near(&self) -> Near {
         Near { position: self.point.position, half_extent: disc_half_extent(&self.point) }
     }
 
-    /// Adds what was taken to the point's words.
+    /// Adds the sum to the point's words, and its counts to the counters.
     #[inline(always)]
     pub fn close<C: Atomics>(self, tables: &mut Tables<'_>, counters: &mut C) {
         if self.sum.count != 0 {
@@ -274,16 +278,18 @@ impl Visit for PointGather {
     #[inline(always)]
     fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
         if takes(&self.point, &tables.photon_geometry[id as usize], tables.params.max_bounces) {
-            // A GPU makes it anew each time: to keep it would take half of the waves.
+            // Make the BSDF of the point. A GPU makes it for each photon: keeping it would halve the number of waves.
             if cfg!(target_arch = "spirv") || self.sum.count == 0 {
                 let shading = tables.point_shading[self.pixel as usize];
                 let material = material_of(&shading, tables.materials, tables.features);
                 let roughness = tables.params.specular_roughness;
                 self.receiver = Receiver::new(&shading, material, roughness, tables.features);
             }
+            // Add the photon to the point's sum
             let light = tables.photon_light[id as usize];
             let value = self.receiver.contribution(&light);
             self.sum = self.sum.plus(GatheredSum::new(value, tables.params.inverse_quantum()));
+            // Score the start of the light path
             if light.score > 0.0 {
                 let shading = tables.point_shading[self.pixel as usize];
                 let weight = tables.pixel_weights[self.pixel as usize];

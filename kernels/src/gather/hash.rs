@@ -5,12 +5,12 @@ use crate::math::clamp;
 use crate::platform::{Atomics, Words};
 use spirv_std::glam::{IVec3, Vec3};
 
-/// Slots that are reserved at once; a power of two.
+/// Number of slots that are reserved at once; a power of two.
 const BLOCK: u32 = 16;
-/// Bins of a histogram of radii: their base-two exponents.
+/// Number of bins of a histogram of radii: their base-two exponents.
 pub const RADIUS_BINS: u32 = 256;
 
-/// The cell of a position; far away everything falls into the outermost cells.
+/// Cell of a position. Far positions are clamped to the outermost cells.
 #[inline(always)]
 pub fn cell(position: Vec3, cell_size: f32) -> IVec3 {
     // The size is a power of two, so its inverse is exact. Truncation rounds up below zero: step back.
@@ -23,7 +23,7 @@ pub fn cell(position: Vec3, cell_size: f32) -> IVec3 {
     IVec3::new(index(position.x), index(position.y), index(position.z))
 }
 
-/// Slot of a cell in a hash table; neighbours on x are neighbours in the table. `salt` tells tables in one from each other.
+/// Slot of a cell in a hash table. Neighbours along x are neighbours in the table. `salt` separates the grids that share a table.
 #[inline(always)]
 pub fn slot(cell: IVec3, salt: u32, cell_mask: u32) -> u32 {
     let x = cell.x as u32;
@@ -32,9 +32,9 @@ pub fn slot(cell: IVec3, salt: u32, cell_mask: u32) -> u32 {
     x.wrapping_add(y ^ (y >> 15)).wrapping_add(z ^ (z >> 13)).wrapping_add(salt) & cell_mask
 }
 
-/// Reserves entries for what a block of slots holds, if `slot` is its first: neighbours in a block lie next to each other.
-/// `index_1` has the counts of all slots and, behind them, the entries reserved so far; `index_2` gets the start of each
-/// slot's range and, beside it, its end, which starts as its start.
+/// Reserves entries for a block of slots, if `slot` is its first. Entries of neighbours in a block lie next to each other.
+/// `index_1` holds the counts of all slots and, behind them, the number of entries reserved so far. `index_2` gets the start and
+/// the end of each slot's range; the end starts equal to the start.
 #[inline(always)]
 pub fn reserve(slot: u32, build: &mut Build<'_>) {
     let slots = build.params.cell_mask + 1;
@@ -58,7 +58,7 @@ pub fn reserve(slot: u32, build: &mut Build<'_>) {
     }
 }
 
-/// The runs of slots that a box of cells meets: cells in a row on x, as far as their block reaches.
+/// Runs of slots that a box of cells meets. A run is a row of cells along x within one block.
 pub struct Runs {
     low: IVec3,
     high: IVec3,
@@ -67,38 +67,38 @@ pub struct Runs {
     cell_mask: u32,
 }
 
-/// Cells in a row, and the range of what their slots hold.
+/// Row of cells along x, and the range of the entries in their slots.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
     first: IVec3,
     last_x: i32,
     /// First entry.
     pub start: u32,
-    /// One behind the last entry.
+    /// Index behind the last entry.
     pub end: u32,
 }
 
 impl Runs {
-    /// Those of the cells from `low` to `high`; `salt` tells tables in one from each other.
+    /// Runs of the cells from `low` to `high`; for `salt` see [`slot`].
     #[inline(always)]
     pub fn new(low: IVec3, high: IVec3, salt: u32, cell_mask: u32) -> Runs {
         Runs { low, high, next: low, salt, cell_mask }
     }
 
-    /// Cells in all; a float, since they can be many.
+    /// Number of cells, as a float: it may exceed an integer.
     #[inline(always)]
     pub fn cell_count(&self) -> f32 {
         let span = (self.high - self.low).as_vec3() + Vec3::ONE;
         span.x * span.y * span.z
     }
 
-    /// Whether there is another run.
+    /// Whether another run follows.
     #[inline(always)]
     pub fn is_left(&self) -> bool {
         self.next.z <= self.high.z
     }
 
-    /// The next run, by the ranges that [`reserve`] made.
+    /// Returns the next run, with its entries by the ranges that [`reserve`] made.
     #[inline(always)]
     pub fn next(&mut self, ranges: &[u32]) -> Run {
         let first = self.next;
@@ -120,7 +120,7 @@ impl Runs {
 }
 
 impl Run {
-    /// Whether a position is in one of its cells: other cells share their slots, and have a visit of their own.
+    /// Whether a position is in one of the run's cells. Other cells share their slots and are visited on their own.
     #[inline(always)]
     pub fn holds(&self, position: Vec3, cell_size: f32) -> bool {
         let cell = cell(position, cell_size);
@@ -135,15 +135,15 @@ pub fn radius_bin(radius: f32) -> u32 {
     radius.to_bits() >> 23 & 255
 }
 
-/// Edge of a cell (m) that holds every disc of a bin: a radius of this exponent is below 2^(exponent + 1), twice that is
-/// one more. A normal number.
+/// Edge of a cell (m) that holds every disc of a bin; always a normal number. A radius of this exponent is below 2^(exponent +
+/// 1), its diameter below 2^(exponent + 2).
 #[inline(always)]
 pub fn cell_size_of(bin: u32) -> f32 {
     f32::from_bits(clamp(bin + 2, 1, 252) << 23)
 }
 
-/// Bits of the edge of a cell (m): the power of two above twice the radius that nine points in ten stay below, by the
-/// histogram at the head of these words.
+/// Bits of the edge of a cell (m) that fits nine points in ten, by the histogram at the head of these words. The edge is the
+/// power of two above the diameter that nine points in ten stay below.
 #[inline(always)]
 pub fn common_cell_size<W: Words>(histogram: &W) -> u32 {
     let mut total = 0;
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_holds_the_discs_of_its_bin() {
+    fn cells_hold_the_discs_of_their_bin() {
         for radius in [1.0e-6_f32, 0.01, 0.124_999_99, 0.125, 3.0e5] {
             let size = cell_size_of(radius_bin(radius));
             assert!(size >= 2.0 * radius && size <= 4.0 * radius, "{radius}: {size}");

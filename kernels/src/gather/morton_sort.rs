@@ -1,37 +1,37 @@
 //! A counting sort by Morton codes: elements that are near each other in space come to lie near each other in memory.
 //!
-//! The box of all elements is divided into 8^k cubes, about as many as elements. They are counted cube by cube, the counts
-//! are added up in the cubes' Morton order (in three levels of 128, so that no invocation adds more than 128 numbers), and
-//! each element takes the next slot of its cube. The order within a cube is free.
+//! The box of all elements is divided into 8^k cubes, about as many cubes as elements. Elements are counted cube by cube. The
+//! counts are added up in the cubes' Morton order, in three levels of 128, so that no invocation adds more than 128 numbers. Each
+//! element then takes the next slot of its cube. The order within a cube is free.
 
 use crate::platform::Words;
 use spirv_std::glam::{UVec3, Vec3};
 
-/// Stages of a sort: over elements, over counts of level 1 and 2, over one.
+/// Stage over elements: finds the bounds of all of them.
 pub const BOUNDS: u32 = 100;
-/// Counts elements.
+/// Stage over elements: counts those of each cube.
 pub const COUNT: u32 = 101;
-/// Adds up counts to those of level 1.
+/// Stage over counts of level 1: adds up those of cubes.
 pub const SUM: u32 = 102;
-/// Adds up those of level 1 to those of level 2.
+/// Stage over counts of level 2: adds up those of level 1.
 pub const SUM_OF_SUMS: u32 = 103;
-/// Turns counts of level 2 into first slots.
+/// Stage of one invocation: turns the counts of level 2 into first slots.
 pub const SCAN: u32 = 104;
-/// Those of level 1.
+/// Stage over counts of level 2: turns those of level 1 into first slots.
 pub const SPREAD: u32 = 105;
-/// Those of cubes.
+/// Stage over counts of level 1: turns those of cubes into first slots.
 pub const SPREAD_AGAIN: u32 = 106;
-/// Takes slots.
+/// Stage over elements: takes the next slot of the element's cube.
 pub const FILL: u32 = 107;
 
-/// Numbers that an invocation adds up.
+/// Number of counts that an invocation adds up.
 const FAN: u32 = 128;
-/// Words before the counts: keys of the upper corner, of the negated lower corner, the number of elements.
+/// Number of words before the counts: keys of the upper corner and of the negated lower corner, and the number of elements.
 const HEAD: u32 = 8;
-/// Where the number of elements is.
+/// Index of the word that holds the number of elements.
 pub const TOTAL: u32 = 6;
 
-/// Cubes along an axis are 2^this.
+/// Base-two logarithm of the number of cubes along an axis.
 #[inline(always)]
 fn bits(capacity: u32) -> u32 {
     let mut bits = 2;
@@ -41,7 +41,7 @@ fn bits(capacity: u32) -> u32 {
     bits
 }
 
-/// Counts of a level: cubes, level 1, level 2; of level 3: words of all.
+/// Number of counts of a level: cubes (0), level 1, level 2. For level 3, the number of words of the whole sort.
 #[inline(always)]
 pub fn level_count(capacity: u32, level: u32) -> u32 {
     let cubes = 1 << (3 * bits(capacity));
@@ -59,7 +59,7 @@ fn cubes_in(count: u32) -> u32 {
     count.div_ceil(FAN)
 }
 
-/// Where the counts of a level start.
+/// Index of the first count of a level.
 #[inline(always)]
 fn level_start(capacity: u32, level: u32) -> u32 {
     let above = if level == 0 { level_count(capacity, 1) } else { 0 };
@@ -67,7 +67,7 @@ fn level_start(capacity: u32, level: u32) -> u32 {
     HEAD + top + above
 }
 
-/// A key whose order as an integer is that of the numbers; 0 is below all.
+/// Key of a number. Keys as integers have the order of the numbers; 0 is below all keys.
 #[inline(always)]
 fn key(value: f32) -> u32 {
     let bits = value.to_bits();
@@ -79,7 +79,7 @@ fn value(key: u32) -> f32 {
     if key >> 31 == 0 { f32::from_bits(!key) } else { f32::from_bits(key & !(1 << 31)) }
 }
 
-/// Cube of a position.
+/// Cube of a position, as its Morton code.
 #[inline(always)]
 fn cube<W: Words>(position: Vec3, capacity: u32, words: &W) -> u32 {
     let high = Vec3::new(value(words.get(0)), value(words.get(1)), value(words.get(2)));
@@ -102,7 +102,7 @@ fn spread(x: u32) -> u32 {
     (x | x << 2) & 0x0924_9249
 }
 
-/// An element's part in the stages over elements; `capacity` is their largest number. Returns its slot in `FILL`.
+/// Runs a stage over elements for one of them; `capacity` is their largest number. Returns the element's slot in `FILL`.
 #[inline(always)]
 pub fn element<W: Words>(stage: u32, position: Vec3, capacity: u32, words: &mut W) -> u32 {
     if stage == BOUNDS {
@@ -118,10 +118,11 @@ pub fn element<W: Words>(stage: u32, position: Vec3, capacity: u32, words: &mut 
     words.add(word, 1)
 }
 
-/// The other stages.
+/// Runs one of the other stages, over counts.
 #[inline(always)]
 pub fn counts<W: Words>(stage: u32, index: u32, capacity: u32, words: &mut W) {
     if stage == SUM || stage == SUM_OF_SUMS {
+        // Add up a group of counts
         let level = stage - SUM;
         let (first, end) = group(capacity, level, index);
         let mut sum = 0;
@@ -132,7 +133,7 @@ pub fn counts<W: Words>(stage: u32, index: u32, capacity: u32, words: &mut W) {
         }
         words.set(level_start(capacity, level + 1) + index, sum);
     } else {
-        // SCAN spreads nothing over level 2, SPREAD level 2 over 1, SPREAD_AGAIN level 1 over cubes.
+        // Turn counts into first slots: SCAN those of level 2, SPREAD those of level 1, SPREAD_AGAIN those of cubes.
         let level = SPREAD_AGAIN - stage;
         let mut next = 0;
         let (mut word, mut end) = (level_start(capacity, 2), level_start(capacity, 1));
@@ -152,7 +153,7 @@ pub fn counts<W: Words>(stage: u32, index: u32, capacity: u32, words: &mut W) {
     }
 }
 
-/// Words of a level that belong to one of the level above.
+/// Range of the words of a level that belong to count `index` of the level above.
 #[inline(always)]
 fn group(capacity: u32, level: u32, index: u32) -> (u32, u32) {
     let start = level_start(capacity, level);
@@ -213,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_in_one_place_are_sorted() {
+    fn elements_at_one_position_get_distinct_slots() {
         let mut slots = sort(&[Vec3::ONE; 1000], 1000);
         slots.sort_unstable();
         assert_eq!(slots, (0..1000).collect::<Vec<_>>());

@@ -1,10 +1,13 @@
 //! Photons in a hash grid: photons are sorted by cell, and each point visits the cells that its box meets.
 //!
 //! Source: the grid of progressive photon mapping [Hachisuka and Jensen 2009], with counting instead of sorting.
-//! Cost: one pass over the points and two over the photons to build; a point reads a few cells' photons.
-//! Where it is slow: a point whose radius is far above the median visits many cells (at most as many as there are
-//! photons: beyond that it looks at all of them); and on a GPU, where one disc takes many photons in its one invocation (seen
-//! through the rim of a glass, most of what guided light paths leave). It is exact for every radius.
+//!
+//! Cost: one pass over the points and two over the photons to build; a point reads the photons of a few cells.
+//!
+//! Limitations: slow for a point whose radius is far above the median, since it visits many cells. Where these are more than
+//! there are photons, the point visits all photons. Slow on a GPU where one disc takes many photons in its one invocation. A
+//! caustic seen through the rim of a glass is such a case: it holds most photons of guided light paths. The result is exact for
+//! every radius.
 
 use crate::gather::hash::{RADIUS_BINS, Runs, cell, common_cell_size, radius_bin, reserve, slot};
 use crate::gather::tables::{Build, Tables};
@@ -12,10 +15,10 @@ use crate::gather::variant::{Over, Stage, Variant, WordCount};
 use crate::gather::{Gather, Index, Near, Visit};
 use crate::platform::{Atomics, Words as _};
 
-/// See the head of the file.
+/// Gather with a hash grid over the photons.
 pub struct PhotonsGrid;
 
-/// Words of `index_0` behind the histogram of radii: bits of the cell size (m).
+/// Index of the word of `index_0`, behind the histogram of radii, that holds the bits of the cell size (m).
 const CELL_SIZE: u32 = RADIUS_BINS;
 
 impl Index for PhotonsGrid {
@@ -65,7 +68,7 @@ impl Index for PhotonsGrid {
             if stage == 2 {
                 build.index_1.add(slot, 1);
             } else {
-                // The end of a range starts as its start. The order in a cell is free, because sums are integers.
+                // Take the next entry of the slot. The order in a cell is free, because sums are integers.
                 let to = build.index_2.add(2 * slot + 1, 1);
                 build.sorted_geometry.write(to, photon);
                 build.sorted_light.write(to, build.photon_light[index as usize]);
@@ -81,6 +84,7 @@ impl Gather for PhotonsGrid {
         let low = cell(near.position - near.half_extent, cell_size);
         let high = cell(near.position + near.half_extent, cell_size);
         let mut runs = Runs::new(low, high, 0, tables.params.cell_mask);
+        // Visit all photons where the box meets more cells than there are photons
         if runs.cell_count() > tables.photon_count as f32 {
             let mut id = 0;
             while id < tables.photon_count {
@@ -89,6 +93,7 @@ impl Gather for PhotonsGrid {
             }
             return;
         }
+        // Visit the photons of each run of cells that are in the box
         while runs.is_left() {
             let run = runs.next(tables.index_2);
             let mut id = run.start;
@@ -96,7 +101,7 @@ impl Gather for PhotonsGrid {
                 let position = tables.photon_geometry[id as usize].position;
                 let along = (position - near.position).abs();
                 let half = near.half_extent;
-                // What is outside the box needs no cell.
+                // Skip the test of the cell outside of the box.
                 let is_near = (along.x <= half.x) & (along.y <= half.y) & (along.z <= half.z);
                 if is_near && run.holds(position, cell_size) {
                     visit.visit(tables, id);

@@ -1,14 +1,15 @@
-//! The reverse index: boxes of one size around the photons in an acceleration structure, searched by ray queries from
-//! each point.
+//! Photons in boxes of one size, in an acceleration structure; each point searches it by ray queries.
 //!
-//! Source: [Evangelou, Papaioannou, Vardis and Vasilakis 2021, Rasterisation-free photon mapping, JCGT 10(1)], where one
-//! radius serves all points. Here points have radii of their own, so the boxes fit nine points in ten; for those a query
-//! of almost no length does. A larger disc is swept by parallel rays, a box's width apart, and each photon belongs to
-//! the one ray whose column holds its centre: so it is exact for every radius.
-//! Cost: a sort of the photons by Morton codes (some drivers build BVHs in the order of their input) and a structure over
-//! them in every batch, whose size the host must wait for; a query a point.
-//! Where it is slow: discs far above the common radius take many rays (at most as many as there are photons: beyond that
-//! it looks at all of them), and where there are more photons than points.
+//! Source: [Evangelou, Papaioannou, Vardis and Vasilakis 2021, Rasterisation-free photon mapping, JCGT 10(1)], where one radius
+//! serves all points. Here each point has its own radius, and the boxes fit nine points in ten. Such a point needs one query of
+//! almost no length. A larger disc is swept by parallel rays, one box width apart. Each photon belongs to the one ray whose
+//! column holds its centre, so the result is exact for every radius.
+//!
+//! Cost: in every batch, a sort of the photons by Morton codes and a structure over them, whose size the host must wait for. (The
+//! sort serves drivers that build BVHs in the order of their input.) A query a point.
+//!
+//! Limitations: slow for discs far above the common radius, since they take many rays. Where these would be more than there are
+//! photons, the point visits all photons. Slow where there are more photons than points.
 
 use crate::gather::Index;
 use crate::gather::hash::{RADIUS_BINS, common_cell_size, radius_bin};
@@ -20,10 +21,10 @@ use crate::math::max_abs;
 use crate::platform::{Atomics, Words as _};
 use spirv_std::glam::Vec3;
 
-/// See the head of the file.
+/// Gather with an acceleration structure over the photons.
 pub struct PhotonsRt;
 
-/// Words of `index_2` behind the histogram of radii: bits of a box's width (m).
+/// Index of the word of `index_2`, behind the histogram of radii, that holds the bits of a box's width (m).
 const WIDTH: u32 = RADIUS_BINS;
 
 impl Index for PhotonsRt {
@@ -76,7 +77,7 @@ impl Index for PhotonsRt {
             let slot = morton_sort::element(stage, photon.position, capacity, &mut build.index_1);
             if stage == morton_sort::FILL {
                 let half = 0.5 * f32::from_bits(build.index_2.get(WIDTH));
-                // What rounding takes, of the box and of the column.
+                // Inflate the box by the rounding of the box and of the column.
                 let slack = (max_abs(photon.position) + half) * (16.0 * f32::EPSILON);
                 let half = Vec3::splat(half + slack);
                 write_box(&mut build.index_0, slot, photon.position - half, photon.position + half);
@@ -101,7 +102,7 @@ mod query {
     use spirv_std::ray_query;
     use spirv_std::ray_tracing::{AccelerationStructure, RayFlags, RayQuery};
 
-    /// Visits the photons in the box.
+    /// Visits the photons in the box `near`.
     #[inline(always)]
     pub fn for_each_near<V: Visit>(
         structure: &AccelerationStructure,
@@ -112,7 +113,7 @@ mod query {
         let width = f32::from_bits(tables.index_2[WIDTH as usize]);
         let half = near.half_extent;
         if half.max_element() <= 0.5 * width {
-            // Every box that holds a photon of the disc holds the disc's centre.
+            // Query the disc's centre: the box of every photon of the disc holds it.
             column(
                 structure,
                 tables,
@@ -127,6 +128,7 @@ mod query {
         let low = near.position - half;
         let columns_x = (2.0 * half.x / width) as u32 + 1;
         let columns_y = (2.0 * half.y / width) as u32 + 1;
+        // Visit all photons where the sweep takes more rays than there are photons
         if columns_x as f32 * columns_y as f32 > tables.photon_count as f32 {
             let mut id = 0;
             while id < tables.photon_count {
@@ -135,11 +137,12 @@ mod query {
             }
             return;
         }
+        // Sweep the box by parallel rays
         let mut y = 0;
         while y < columns_y {
             let mut x = 0;
             while x < columns_x {
-                // Columns share their bounds to the bit.
+                // Neighbouring columns share their bounds to the bit.
                 let corner = low + Vec3::new(x as f32, y as f32, 0.0) * width;
                 let next = low + Vec3::new((x + 1) as f32, (y + 1) as f32, 0.0) * width;
                 let axis = corner + Vec3::new(0.5 * width, 0.5 * width, 0.0);

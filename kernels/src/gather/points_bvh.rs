@@ -1,11 +1,14 @@
-//! A BVH over the points, in software: points in Morton order, eight to a leaf and eight boxes to a node, the
-//! whole BVH implied by its size; each photon descends into the boxes that hold it.
+//! A BVH over the points, in software: points in Morton order, eight points to a leaf and eight boxes to a node. The number of
+//! points implies its whole layout. Each photon descends into the boxes that hold it.
 //!
-//! Source: the paper's index, and linear bounding volume hierarchies [Lauterbach et al. 2009, Fast BVH construction on
-//! GPUs]. Cost: a sort of the points and a pass over the nodes of each level, once a frame; a photon tests eight boxes a
-//! level and about eight points a leaf that it is in.
-//! Where it is slow: points of very different radii in one place: a large disc makes the boxes of its small neighbours
-//! large. It is exact for every radius.
+//! Source: the index of [Moreau and Doggett 2022], built as a linear bounding volume hierarchy [Lauterbach et al. 2009, Fast BVH
+//! construction on GPUs].
+//!
+//! Cost: a sort of the points and a pass over the nodes of each level, once a frame. A photon tests eight boxes a level, and
+//! about eight points of each leaf that it is in.
+//!
+//! Limitations: slow where points of very different radii are close together: a large disc enlarges the boxes of its small
+//! neighbours. The result is exact for every radius.
 
 use crate::gather::contribution::disc_half_extent;
 use crate::gather::morton_sort::{self, TOTAL};
@@ -15,10 +18,10 @@ use crate::gather::{Gather, Index, Near, Visit};
 use crate::platform::Words as _;
 use spirv_std::glam::Vec3;
 
-/// See the head of the file.
+/// Gather with a software BVH over the points.
 pub struct PointsBvh;
 
-/// Children of a node, points of a leaf.
+/// Number of children of a node, and of points of a leaf.
 const WIDTH: u32 = 8;
 
 impl Index for PointsBvh {
@@ -51,7 +54,7 @@ impl Index for PointsBvh {
         words: [
             WordCount(1, Over::PixelSort(3)),
             WordCount(1, Over::Pixels),
-            // A seventh would do, but for what is rounded up level by level.
+            // A seventh of the pixels, and what each level rounds up.
             WordCount(6, Over::PixelsIn(4)),
             WordCount::NONE,
         ],
@@ -77,14 +80,14 @@ impl Index for PointsBvh {
     }
 }
 
-/// Nodes of a level; 0 are the leaves.
+/// Number of nodes of a level; level 0 holds the leaves.
 #[inline(always)]
 fn nodes_in(level: u32, capacity: u32) -> u32 {
     let shift = 3 * (level + 1);
     ((capacity - 1) >> shift) + 1
 }
 
-/// First node of a level.
+/// Index of the first node of a level.
 #[inline(always)]
 fn first_node(level: u32, capacity: u32) -> u32 {
     let mut first = 0;
@@ -96,7 +99,7 @@ fn first_node(level: u32, capacity: u32) -> u32 {
     first
 }
 
-/// The level of a single node.
+/// Level of the root, the only node of its level.
 #[inline(always)]
 fn top_level(capacity: u32) -> u32 {
     let mut level = 0;
@@ -169,12 +172,14 @@ impl Gather for PointsBvh {
                 || number(3) < low.x
                 || number(4) < low.y
                 || number(5) < low.z;
+            // Descend into the first child of a node that the box meets
             if !outside && level > 0 {
                 level -= 1;
                 start -= nodes_in(level, capacity);
                 index *= WIDTH;
                 continue;
             }
+            // Visit the points of a leaf
             if !outside {
                 let mut id = index * WIDTH;
                 let end = (id + WIDTH).min(total);
@@ -184,7 +189,7 @@ impl Gather for PointsBvh {
                 }
             }
             index += 1;
-            // Behind the last child of a node comes the node's neighbour.
+            // Go on to the next node; behind the last child, climb to the parent's neighbour.
             while level < top && (index % WIDTH == 0 || index >= nodes_in(level, capacity)) {
                 index = (index - 1) / WIDTH + 1;
                 start += nodes_in(level, capacity);

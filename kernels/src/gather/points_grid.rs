@@ -1,11 +1,13 @@
-//! Points in hash grids: a level for each power of two of radius, whose cells hold a disc; each photon visits the cells
-//! about it in every level that has points.
+//! Points in hash grids: a grid (a level) for each power of two of radius, whose cells hold a disc. Each photon visits the cells
+//! around it in every level that has points.
 //!
 //! Source: hierarchical hash grids [Eitz and Lixu 2007, Hierarchical spatial hashing for real-time collision detection].
-//! Cost: two passes over the points to build, once a frame, whatever the number of light paths; a photon looks into
-//! eight cells a level. Scenes that are seen directly and in mirrors have four to eight levels.
-//! Where it is slow: many levels, and points that crowd a cell: those of one surface that is seen from afar at a grazing
-//! angle. It is exact for every radius.
+//!
+//! Cost: two passes over the points to build, once a frame, whatever the number of light paths. A photon visits eight cells a
+//! level. Scenes that are seen directly and in mirrors have four to eight levels.
+//!
+//! Limitations: slow with many levels, and where points crowd a cell, as on a surface seen from afar at a grazing angle. The
+//! result is exact for every radius.
 
 use crate::gather::hash::{RADIUS_BINS, Runs, cell, cell_size_of, radius_bin, reserve, slot};
 use crate::gather::tables::{Build, Tables};
@@ -16,10 +18,10 @@ use crate::math::max_abs;
 use crate::platform::{Atomics, Words as _};
 use spirv_std::glam::Vec3;
 
-/// See the head of the file.
+/// Gather with hash grids over the points.
 pub struct PointsGrid;
 
-/// Words of `index_0` behind the histogram of radii: levels that have points, then their bins.
+/// Index of the word of `index_0`, behind the histogram of radii, that holds the number of levels with points. Their bins follow.
 const LEVEL_COUNT: u32 = RADIUS_BINS;
 
 impl Index for PointsGrid {
@@ -79,7 +81,7 @@ impl Index for PointsGrid {
     }
 }
 
-/// What tells the cells of a level from those of the others.
+/// Salt of the cells of a level, which separates the levels in the hash table.
 #[inline(always)]
 fn salt(bin: u32) -> u32 {
     bin.wrapping_mul(0x27d4_eb2f)
@@ -108,12 +110,13 @@ impl Gather for PointsGrid {
 #[inline(always)]
 fn visit_level<V: Visit>(tables: &mut Tables<'_>, bin: u32, near: Near, visit: &mut V) {
     let size = cell_size_of(bin);
-    // A disc's centre is at most a radius away, but for what rounding takes.
+    // A disc's centre is at most a radius away, and a rounding.
     let reach = 0.5 * size * (1.0 + 1.0e-6) + max_abs(near.position) * (4.0 * f32::EPSILON);
     let half_extent = near.half_extent + Vec3::splat(reach);
     let low = cell(near.position - half_extent, size);
     let high = cell(near.position + half_extent, size);
     let mut runs = Runs::new(low, high, salt(bin), tables.params.cell_mask);
+    // Visit all points of the level where the box meets more cells than there are points
     if runs.cell_count() > tables.params.pixel_count() as f32 {
         let mut index = 0;
         while index < tables.params.pixel_count() {
@@ -125,13 +128,14 @@ fn visit_level<V: Visit>(tables: &mut Tables<'_>, bin: u32, near: Near, visit: &
         }
         return;
     }
+    // Visit the points of each run of cells
     while runs.is_left() {
         let run = runs.next(tables.index_2);
         let mut entry = run.start;
         while entry < run.end {
             let index = tables.index_3[entry as usize];
             let point = point(tables, index);
-            // Slots are shared with other levels too.
+            // Skip points of other levels and cells that share the slot.
             if radius_bin(point.radius) == bin && run.holds(point.position, size) {
                 visit.visit(tables, index);
             }

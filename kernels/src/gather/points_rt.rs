@@ -1,9 +1,11 @@
-//! The paper's gather: boxes around the collection points in an acceleration structure, searched by a ray query of
-//! almost no length from each photon; every candidate is visited and none committed.
+//! The gather of [Moreau and Doggett 2022]: boxes around the collection points, in an acceleration structure. Each photon
+//! searches it by a ray query of almost no length, which visits every candidate and commits none.
 //!
-//! Source: [Moreau and Doggett 2022]; there the light path queries as it deposits, here the photons are stored before.
+//! Source: [Moreau and Doggett 2022]. There a light path queries as it deposits; here the photons are stored before.
+//!
 //! Cost: a structure over all pixels every frame, and a query a photon.
-//! Where it is wrong: nowhere; candidates may lie outside their box, so the disc test decides.
+//!
+//! Limitations: none. Candidates may lie outside their box, so the disc test decides.
 
 use crate::gather::Index;
 use crate::gather::contribution::disc_half_extent;
@@ -12,7 +14,7 @@ use crate::gather::variant::{Over, Side, Stage, Variant, WordCount};
 use crate::interface::point::PointGeometry;
 use spirv_std::glam::Vec3;
 
-/// See the head of the file.
+/// Gather with an acceleration structure over the points.
 pub struct PointsRt;
 
 impl Index for PointsRt {
@@ -35,8 +37,8 @@ impl Index for PointsRt {
     }
 }
 
-/// The box of one point: lower and upper corner (m). Without a point: a box of no size where the camera path ended,
-/// never NaN and never far away (drivers answer both badly).
+/// Box of one point: lower and upper corner (m). Without a point it is a box of no size where the camera path ended. It is never
+/// NaN and never far away, since drivers handle both badly.
 #[inline(always)]
 pub fn bound(point: &PointGeometry) -> (Vec3, Vec3) {
     if !point.exists() {
@@ -97,7 +99,7 @@ mod tests {
     use spirv_std::glam::Vec3;
 
     #[test]
-    fn every_deposit_taken_lies_in_the_box() {
+    fn every_photon_taken_lies_in_the_box() {
         let mut taken = 0;
         for path in 0..400_000 {
             let mut rng = Rng::new(Stream::Camera, 1, path, 0);
@@ -119,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn no_point_makes_a_box_of_no_size() {
+    fn missing_point_has_a_box_of_no_size() {
         let nowhere = PointGeometry { position: Vec3::ONE, ..Default::default() };
         assert_eq!(bound(&nowhere), (Vec3::ONE, Vec3::ONE));
     }

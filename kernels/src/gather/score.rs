@@ -1,7 +1,8 @@
-//! What an emission that learns is told: how much a start gave to the image.
+//! Scores: the contribution of the start of a light path to the image. Emissions that learn read them.
 //!
-//! The score of a start is the sum over pixels of the squares of what it gave them, relative to what they show: what it adds
-//! to the relative variance of the image. It is summed over pairs of photon and pixel in integers, so that no order shows.
+//! The score of a start is a sum over pixels: the square of its contribution to a pixel, relative to the light of the pixel. It
+//! is the start's part of the relative variance of the image. Pairs of photon and pixel are summed in integers, so that their
+//! order does not show.
 
 use crate::interface::point::{PhotonLight, PointGeometry, PointShading};
 use crate::math::PI;
@@ -10,15 +11,15 @@ use crate::math::quanta::Quanta;
 use crate::platform::Atomics;
 use spirv_std::glam::Vec3;
 
-/// 1 / quantum of scores, in the unit that `PhotonLight::score` brings along.
+/// One over the quantum of scores, in the unit of `PhotonLight::score`.
 pub const INVERSE_QUANTUM: f32 = 4096.0;
-/// Most quanta of a pair: 2^40.
+/// Largest number of quanta of a pair: 2^40.
 const MAX_QUANTA: f32 = 1_099_511_627_776.0;
-/// Words of a texel's score.
+/// Number of words of a texel's score.
 pub const WORDS: u32 = 2;
 
-/// The score of a photon that gave `value` (W/sr, as `contribution` has it) to a point whose pixel has this weight
-/// (1 / its light squared).
+/// Score of a photon that contributed `value` (W/sr, see `contribution`) to a point. `weight` is that of its pixel: 1 / its light
+/// squared.
 #[inline(always)]
 pub fn score(
     light: &PhotonLight,
@@ -33,7 +34,7 @@ pub fn score(
     Quanta::from_f32(score.min(MAX_QUANTA / INVERSE_QUANTUM), INVERSE_QUANTUM)
 }
 
-/// Adds a score to those of a photon's start.
+/// Adds a score to the texel of a photon's start.
 #[inline(always)]
 pub fn add<A: Atomics>(score: Quanta, light: &PhotonLight, scores: &mut A) {
     if score != Quanta::default() {

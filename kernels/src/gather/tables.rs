@@ -1,4 +1,4 @@
-//! What the passes of a gather read and write.
+//! Tables that the passes of a gather read and write.
 
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
@@ -6,7 +6,7 @@ use crate::interface::material::Material;
 use crate::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use crate::platform::{AtomicWords, Slots};
 
-/// What building an index reads and writes.
+/// Tables for building an index.
 pub struct Build<'a> {
     /// Settings.
     pub params: &'a FrameParams,
@@ -18,7 +18,7 @@ pub struct Build<'a> {
     pub photon_geometry: &'a [PhotonGeometry],
     /// Their light.
     pub photon_light: &'a [PhotonLight],
-    /// Photons there are.
+    /// Number of photons.
     pub photon_count: u32,
     /// First words of the index.
     pub index_0: AtomicWords<'a>,
@@ -28,26 +28,26 @@ pub struct Build<'a> {
     pub index_2: AtomicWords<'a>,
     /// Fourth words.
     pub index_3: AtomicWords<'a>,
-    /// Photons in an order of the index's own.
+    /// Photons in the order of the index.
     pub sorted_geometry: Slots<'a, PhotonGeometry>,
     /// Their light.
     pub sorted_light: Slots<'a, PhotonLight>,
 }
 
 impl Build<'_> {
-    /// The point at an index of `pixel_order`; its `depth` is 0 where there is none.
+    /// Point at an index of `pixel_order`; its `depth` is 0 where there is none.
     #[inline(always)]
     pub fn point(&self, index: u32) -> PointGeometry {
         self.point_geometry[self.pixel_order[index as usize] as usize]
     }
 }
 
-/// What a gather reads, and the sums that it adds to.
+/// Tables that a gather reads, and sums that it adds to.
 #[cfg_attr(not(target_arch = "spirv"), derive(Clone, Copy))]
 pub struct Tables<'a> {
     /// Settings.
     pub params: &'a FrameParams,
-    /// What the scene needs.
+    /// Code that is compiled in.
     pub features: Features,
     /// All materials.
     pub materials: &'a [Material],
@@ -61,7 +61,7 @@ pub struct Tables<'a> {
     pub photon_geometry: &'a [PhotonGeometry],
     /// Their light.
     pub photon_light: &'a [PhotonLight],
-    /// Photons there are.
+    /// Number of photons.
     pub photon_count: u32,
     /// First words of the index.
     pub index_0: &'a [u32],
@@ -71,10 +71,10 @@ pub struct Tables<'a> {
     pub index_2: &'a [u32],
     /// Fourth words.
     pub index_3: &'a [u32],
-    /// How much an error of each pixel counts (1 / its light squared), where an emission learns.
+    /// Weight of an error of each pixel (1 / its light squared), where an emission learns.
     pub pixel_weights: &'a [f32],
     /// Sums by pixel, see `accumulator`.
     pub accumulator: AtomicWords<'a>,
-    /// What starts gave, by texel, see `score`.
+    /// Scores of starts by texel, see `score`.
     pub start_scores: AtomicWords<'a>,
 }

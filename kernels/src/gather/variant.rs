@@ -1,4 +1,4 @@
-//! A gather variant as data: what its index consists of, and when it is built.
+//! A gather variant as data: the parts of its index, and the stages that build it.
 
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Pass;
@@ -8,12 +8,12 @@ use crate::gather::{Index, exchange, for_each_gather};
 use crate::interface::frame::FrameParams;
 pub use crate::interface::point::Side;
 
-/// What a stage or a pass runs over, an invocation each.
+/// Range of a stage or a pass, one invocation for each element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Over {
     /// Pixels of the image.
     Pixels,
-    /// A share of the pixels, rounded up: one in so many.
+    /// One in this number of pixels, rounded up.
     PixelsIn(u32),
     /// Slots of the photon buffers.
     Photons,
@@ -21,24 +21,24 @@ pub enum Over {
     Cells,
     /// Words of level `k` of the counts of a sort of pixels by Morton codes; see `morton_sort`.
     PixelSort(u32),
-    /// The same of photons.
+    /// Words of level `k` of the counts of a sort of photons by Morton codes.
     PhotonSort(u32),
-    /// So many.
+    /// A fixed number of invocations.
     Count(u32),
 }
 
 /// A stage of building an index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Runs `build` of the index with this number; the name stands behind the pass's in profiles.
+    /// Runs `build` of the index with this stage number. Profiles show the name behind the pass's name.
     Run(u32, &'static str, Over),
-    /// Fills the words of this number with zeros.
+    /// Fills the words of this number (of `index_0` to `index_3`) with zeros.
     Clear(u32),
-    /// Builds the acceleration structure over the boxes in the first words: of pixels, or of the photons there are.
+    /// Builds the acceleration structure over the boxes in `index_0`: those of all pixels, or of the stored photons.
     Structure(Side),
 }
 
-/// Words of an index: so many for each of so many.
+/// Number of words of an index: this number for each element of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WordCount(pub u32, pub Over);
 
@@ -46,14 +46,14 @@ impl WordCount {
     /// No words.
     pub const NONE: WordCount = WordCount(0, Over::Count(0));
 
-    /// So many.
+    /// Number of words.
     pub fn count(self, params: &FrameParams) -> u32 {
         self.0 * self.1.extent(params)
     }
 }
 
 impl Over {
-    /// What a gather runs over, whose index is over this side: those that search.
+    /// Range of a gather whose index is over this side: the elements of the other side search.
     pub fn searchers(side: Side) -> Over {
         match side {
             Side::Points => Over::Photons,
@@ -61,7 +61,7 @@ impl Over {
         }
     }
 
-    /// Elements there are.
+    /// Number of elements.
     pub fn extent(self, params: &FrameParams) -> u32 {
         match self {
             Over::Pixels => params.pixel_count(),
@@ -86,17 +86,17 @@ pub struct Variant {
     pub cost: &'static str,
     /// Limitations: where it is slow or wrong.
     pub limitations: &'static str,
-    /// What is indexed.
+    /// Side that is indexed.
     pub side: Side,
     /// Whether it needs ray queries.
     pub hardware: bool,
-    /// Once a frame, after `collect`.
+    /// Stages that run once a frame, after `collect`.
     pub frame: &'static [Stage],
-    /// For each batch of light paths, after `shoot`.
+    /// Stages that run for each batch of light paths, after `shoot`.
     pub batch: &'static [Stage],
-    /// The words of its index.
+    /// Number of words of each part of its index.
     pub words: [WordCount; 4],
-    /// Whether building moves the photons into `sorted_geometry` and `sorted_light`, and ids are of those.
+    /// Whether building copies the photons to `sorted_geometry` and `sorted_light`, so that ids refer to these.
     pub sorts: bool,
     /// The pass that builds.
     #[cfg(not(target_arch = "spirv"))]
@@ -125,7 +125,7 @@ impl Variant {
         gather: &exchange::brute::GATHER,
     };
 
-    /// Elements of the sorted photons.
+    /// Number of elements of the sorted photons.
     pub fn sorted(&self, params: &FrameParams) -> u32 {
         if self.sorts { params.photon_capacity } else { 0 }
     }
@@ -133,7 +133,7 @@ impl Variant {
 
 #[cfg(not(target_arch = "spirv"))]
 impl PartialEq for Variant {
-    /// A name names one variant.
+    /// Compares names: a name identifies one variant.
     fn eq(&self, other: &Variant) -> bool {
         self.name == other.name
     }

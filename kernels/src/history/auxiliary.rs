@@ -1,6 +1,6 @@
-//! `auxiliary`: what pixels show, for other tools, where a run asks for it. It walks the prefixes of `collect` again, by the
-//! same numbers to the same points, and asks for no light on the way; so methods without points have it too, and nobody else
-//! pays. Rays are not counted: what is learnt from counters, and rates, are those of the frame.
+//! `auxiliary`: layers for other tools, on request. The pass walks the camera prefixes of `collect` again, with the same numbers
+//! to the same points, and samples no light on the way. Methods without points have the layers too, and a run without them pays
+//! nothing. The pass counts no rays, so counters and rates remain those of the frame.
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
@@ -22,14 +22,14 @@ use crate::surface::textured::material_of;
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// Layers for other tools.
+/// Stage that writes layers for other tools.
 #[cfg(not(target_arch = "spirv"))]
 pub const AUXILIARY_LAYERS: FrameStage = FrameStage {
     at_end: |params| vec![Step::new(&AUXILIARY, params)],
     ..FrameStage::new("auxiliary layers")
 };
 
-/// Prefixes of camera paths, a pixel an invocation.
+/// Traces prefixes of camera paths, a pixel an invocation.
 #[pass(name = "auxiliary", over = params.pixel_count(), work = Auxiliary, shared_entry)]
 pub fn auxiliary(
     index: u32,
@@ -46,13 +46,13 @@ pub fn auxiliary(
     run_camera_pass(shown, params, features, scene, tracer, &mut Uncounted);
 }
 
-/// The camera pass `auxiliary`. Its record is stored where the point is found.
+/// Camera pass `auxiliary`, which stores its record where it finds the point.
 pub struct Shown<'a> {
     /// The pixel.
     pub pixel: u32,
     /// Settings.
     pub params: &'a FrameParams,
-    /// Code that is compiled in.
+    /// Features that are compiled in.
     pub features: Features,
     /// Materials.
     pub materials: &'a [Material],
@@ -86,7 +86,7 @@ impl PathObserver for Shown<'_> {
 }
 
 impl CameraPass for Shown<'_> {
-    /// Adds the virtual images in mirrors and lenses, by which points move.
+    /// Adds the virtual images in mirrors and lenses, which give the motion of points.
     #[inline(always)]
     fn features(&self, features: Features) -> Features {
         features | Features::HISTORY
@@ -99,13 +99,13 @@ impl CameraPass for Shown<'_> {
     fn store(&mut self, _light: &CameraPathLight, _kept: &()) {}
 }
 
-/// Where the image shows a point less where the image before did (px). Behind mirrors and glass the eye alone moves:
-/// the virtual image is taken to stand where it is; so is what deforms.
+/// Motion of a point in the image since the last frame (px). Behind mirrors and glass only the motion of the eye counts: the
+/// virtual image is taken to stand still. A surface that deforms is also taken to stand still.
 #[inline(always)]
 fn motion(pixel: u32, seen: &CollectionPoint, instances: &[Instance], params: &FrameParams) -> Vec2 {
     let (point, shading) = (&seen.geometry, &seen.shading);
     let mut position = point.position;
-    // What deforms is taken to stand still.
+    // A surface that deforms is taken to stand still.
     if shading.instance != 0 && !instances[shading.instance as usize].to_previous.is_nowhere() {
         position = ReprojectedPoint::new(point, shading, instances).position;
     }

@@ -1,9 +1,9 @@
-//! Where light changed: marks of validation photons in cells of the world, coarse and fine.
+//! Changes of light: marks of validation photons in cells of the world, coarse and fine.
 //!
-//! A cell is about 16 pixels wide where the eye sees it directly, whatever mirrors show it. Each mark also counts in the
-//! coarser cells around it, so that a position is judged by the smallest cell that knows enough. The largest is all of the world: a few
-//! marks judge what has none near by, whatever faces of the grid lie between. A mesh that moves has cells of its own: what lies on it
-//! may rest while all around it changes. Edges are powers of two; all cells share one hash table.
+//! A cell is about 16 pixels wide where the eye sees it directly, independent of mirrors that show it. Each mark also counts in
+//! the coarser cells around it, so that the smallest cell with enough marks judges a position. The largest cell is the whole
+//! world. So a few marks judge positions without marks near by, across all faces of the grid. A mesh that moves has cells of its
+//! own, as its light may rest while all around it changes. Edges are powers of two; all cells share one hash table.
 
 use crate::gather::hash::{self, cell};
 use crate::history::significance::{significant_change, variance_of_sum};
@@ -17,69 +17,69 @@ use spirv_std::glam::{IVec3, Vec3};
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-/// Words of a cell: marks, way moved, changes, and two words each of `Quanta`: light of the frame before, sum of changes, sum of
-/// their squares.
+/// Words of a cell: marks, distance moved, changes, and three `Quanta` of two words. The `Quanta` are the light of the previous
+/// frame, the sum of changes, and the sum of their squares.
 pub const WORDS: u32 = 9;
-/// Word of the way moved.
+/// Word of the distance moved.
 const MOVED: u32 = 1;
 /// Word of the number of changes: one for a photon in both frames, or for one that came or went.
 const CHANGES: u32 = 2;
-/// First word of the light of the frame before.
+/// First word of the light of the previous frame.
 const BEFORE: u32 = 3;
-/// First word of the sum of changes, with their signs.
+/// First word of the sum of changes, with signs.
 const CHANGE: u32 = 5;
-/// First word of the sum of their squares.
+/// First word of the sum of squared changes.
 const SQUARES: u32 = 7;
-/// Edge of the finest cell over the radius of a point seen directly: 16 pixels of sqrt(pi) radii each, about.
+/// Edge of the finest cell over the radius of a point seen directly: about 16 pixels of sqrt(pi) radii each.
 const RADII_PER_EDGE: f32 = 32.0;
-/// Sizes of cells, each twice the one before; the last is all of the world.
+/// Number of sizes of cells, each twice the size before; the last is the whole world.
 const SIZES: u32 = 9;
-/// Marks that a cell must have to judge.
+/// Minimum number of marks with which a cell judges.
 const MIN_MARKS: u32 = 12;
-/// Quanta of a radius that a mark moved.
+/// Quanta per radius of distance moved.
 const QUANTA_PER_RADIUS: f32 = 256.0;
-/// Quanta of the flux of a light path. Rounding of a flux is below a half.
+/// Quanta per flux of a light path. Rounding of a flux is below half a quantum.
 const QUANTA_PER_PATH: f32 = 262_144.0;
-/// Longest way that is told from longer ones (radii of a point seen directly); so far moved what came from elsewhere.
+/// Distance moved from which on light is other light (radii of a point seen directly). Longer distances count as this one.
 pub const MAX_STEP: f32 = 8.0;
-/// Sizes of cells, from the first with enough marks on, that may find light lost.
+/// Number of sizes of cells, from the first with enough marks on, that may find light lost.
 const SIZES_THAT_JUDGE: u32 = 4;
-/// Most light of a mark, in that of a light path.
+/// Maximum light of a mark, relative to that of a light path.
 const MAX_MARK_LIGHT: f32 = 4.0;
 
-/// How light changed from one frame to the next, over the photons of a cell.
+/// Change of light from one frame to the next, over the photons of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Change {
-    /// Share of the light that is gone or came anew, beyond noise, in [0, 1].
+    /// Share of light that is gone or new, beyond noise, in [0, 1].
     pub lost: f32,
-    /// Mean way of photons (radii of a point seen directly), the longest of the cells that judge.
+    /// Mean distance that photons moved (radii of a point seen directly): the largest of the cells that judge.
     pub moved: f32,
 }
 
-/// What moves with the light that is judged.
+/// Frame of reference of light: an instance that carries its light along, or the world below the instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightFrame(u32);
 
 impl LightFrame {
-    /// The instance, which carries its light along; for the world, the world.
+    /// Light that moves with an instance; instance 0 is the world.
     #[inline(always)]
     pub fn instance(instance: u32) -> LightFrame {
         LightFrame(2 * instance)
     }
 
-    /// How many frames light has that falls on an instance: what carries it along is one, the world below it another.
+    /// Number of frames of reference of light on an instance: the instance, and the world below it.
     #[inline(always)]
     pub fn count(instance: u32) -> u32 {
         if instance == 0 { 1 } else { 2 }
     }
 
-    /// One of these.
+    /// Frame of reference of an instance, by an index below `count`.
     #[inline(always)]
     pub fn new(instance: u32, index: u32) -> LightFrame {
         LightFrame(2 * instance + index)
     }
 
-    /// Nothing: the instance moves below light that stays where it is in the world.
+    /// Light that stays in the world while the instance moves below it.
     #[inline(always)]
     pub fn world_below(instance: u32) -> LightFrame {
         LightFrame(2 * instance + 1)
@@ -100,7 +100,7 @@ fn finest(position: Vec3, params: &FrameParams) -> u32 {
     clamp(exponent, 1, 253 - SIZES)
 }
 
-/// First word of the cell of a size at a position, by the exponent of the finest edge there.
+/// First word of the cell of a size at a position; `finest` is the exponent of the finest edge there.
 #[inline(always)]
 fn slot(position: Vec3, carrier: LightFrame, finest: u32, size: u32) -> u32 {
     let (mut exponent, mut here) = (0, IVec3::ZERO);
@@ -117,9 +117,9 @@ fn slot(position: Vec3, carrier: LightFrame, finest: u32, size: u32) -> u32 {
 pub struct Mark {
     /// Position (m).
     pub position: Vec3,
-    /// What moves with it.
+    /// Frame of reference of its light.
     pub carrier: LightFrame,
-    /// Flux per cosine (W); 0 where the frame has no such photon.
+    /// Flux per cosine (W); 0 if the frame has no such photon.
     pub flux: f32,
 }
 
@@ -130,20 +130,20 @@ impl Mark {
         if self.flux > 0.0 { 1 } else { 0 }
     }
 
-    /// Light relative to the largest of a light path.
+    /// Light relative to the maximum of a light path.
     #[inline(always)]
     fn light(&self, params: &FrameParams) -> f32 {
-        // The largest flux of a light path is 2^24 quanta; three channels.
+        // The largest flux of a light path is 2^24 quanta in each of three channels.
         let light = self.flux * params.inverse_quantum() * (1.0 / (3.0 * 16_777_216.0));
         light.min(MAX_MARK_LIGHT)
     }
 }
 
-/// Marks the same photon of one path in both frames, or the one that came or went. `moved` is its way (radii of a point seen
-/// directly); below [`MAX_STEP`] both are the same light.
+/// Marks the same photon of one path in both frames, or one that came or went. `moved` is its distance between the frames (radii
+/// of a point seen directly). Below [`MAX_STEP`] both are the same light.
 ///
-/// Light that moves across a face of its cell is no light lost: it shortens histories by its way. What counts is how its flux
-/// changed, in both cells. Light that went further is lost where it was and new where it is.
+/// Light that moves across a face of its cell is not lost: it shortens histories by its distance. Both cells count the change of
+/// its flux. Light that moved further is lost at its old position and new at its new one.
 #[inline(always)]
 pub fn mark<A: Atomics>(cells: &mut A, before: Mark, now: Mark, moved: f32, params: &FrameParams) {
     let exponents = (finest(before.position, params), finest(now.position, params));
@@ -165,7 +165,7 @@ pub fn mark<A: Atomics>(cells: &mut A, before: Mark, now: Mark, moved: f32, para
     }
 }
 
-/// Adds marks to a cell, with the light that they stand for in both frames.
+/// Adds marks to a cell, with their light in both frames.
 #[inline(always)]
 fn add<A: Atomics>(cells: &mut A, first: u32, marks: u32, before: f32, now: f32, moved: f32) {
     if marks == 0 {
@@ -187,14 +187,14 @@ fn add<A: Atomics>(cells: &mut A, first: u32, marks: u32, before: f32, now: f32,
     }
 }
 
-/// A sum of a cell.
+/// Reads a sum of a cell.
 #[inline(always)]
 fn sum(cells: &[u32], first: usize, word: u32) -> Quanta {
     let low = first + word as usize;
     Quanta { low: cells[low], high: cells[low + 1] }
 }
 
-/// Share of the light of a cell that is gone or came anew, beyond noise.
+/// Share of the light of a cell that is gone or new, beyond noise.
 #[inline(always)]
 fn lost(cells: &[u32], first: usize) -> f32 {
     let before = sum(cells, first, BEFORE).to_f32(1.0);
@@ -204,9 +204,10 @@ fn lost(cells: &[u32], first: usize) -> f32 {
     (significant_change(change, variance) / before.max(before + change).max(1.0)).min(1.0)
 }
 
-/// How light changed at a position: by the smallest cell with enough marks, else by the largest; not at all without a mark.
-/// What is lost may be beyond noise only in some of the larger cells, and a mark that moved is no noise at all, however
-/// few there are: the largest share and the longest way count.
+/// Change of light at a position, by the smallest cell with enough marks, else by the largest; none without a mark.
+///
+/// Loss may exceed noise only in some of the larger cells, so the largest share counts. Motion of a mark is no noise, however few
+/// marks there are, so the longest distance counts.
 #[inline(always)]
 pub fn change(cells: &[u32], position: Vec3, carrier: LightFrame, params: &FrameParams) -> Change {
     let exponent = finest(position, params);
@@ -214,7 +215,7 @@ pub fn change(cells: &[u32], position: Vec3, carrier: LightFrame, params: &Frame
     let (mut size, mut judges) = (0, 0);
     let largest = slot(position, carrier, exponent, SIZES - 1) as usize;
     if cells[largest + MOVED as usize] == 0 && sum(cells, largest, SQUARES) == Quanta::default() {
-        // All around rests, to the bit.
+        // No light of this frame of reference changed, to the bit.
         return change;
     }
     while size < SIZES && judges < SIZES_THAT_JUDGE {
@@ -228,7 +229,7 @@ pub fn change(cells: &[u32], position: Vec3, carrier: LightFrame, params: &Frame
         if marks >= MIN_MARKS || (is_last && marks > 0 && judges == 0) {
             change.lost = change.lost.max(lost(cells, first));
             if change.moved <= 0.0 {
-                // Nothing moved here: what larger cells saw happened elsewhere.
+                // Nothing moved here: larger cells saw changes elsewhere.
                 judges = SIZES_THAT_JUDGE;
             }
             judges += 1;
@@ -244,7 +245,7 @@ mod tests {
     use crate::interface::frame::Camera;
     use crate::platform::AtomicWords;
 
-    /// A view from far away: discs have about one radius all over the origin's surroundings.
+    /// View from far away: discs have about one radius all around the origin.
     fn params() -> FrameParams {
         let camera = Camera { position: Vec3::new(0.0, 0.0, 1000.0), ..Default::default() };
         FrameParams {
@@ -256,7 +257,7 @@ mod tests {
         }
     }
 
-    /// Edge of the finest cell there (m).
+    /// Edge of the finest cell at the origin (m).
     fn edge() -> f32 {
         let radius = direct_radius(Vec3::ZERO, &params());
         let edge = f32::from_bits(finest(Vec3::ZERO, &params()) << 23);
@@ -264,7 +265,7 @@ mod tests {
         edge
     }
 
-    /// The middle of a finest cell that shares every coarser cell with its neighbour to the right.
+    /// Middle of a finest cell that shares every coarser cell with its neighbour to the right.
     fn middle() -> Vec3 {
         Vec3::splat(0.5 * edge())
     }
@@ -273,7 +274,7 @@ mod tests {
         Mark { position, carrier, flux }
     }
 
-    /// Adds photons of `count` light paths that had a flux of three channels; so large a share of it is left now.
+    /// Marks `count` light paths of flux 3, one for each channel, of which the share `left` remains.
     fn add(cells: &mut [u32], count: u32, position: Vec3, carrier: LightFrame, left: f32, moved: f32) {
         let mut cells = AtomicWords::new(cells);
         for _ in 0..count {
@@ -289,7 +290,7 @@ mod tests {
     const WORLD: LightFrame = LightFrame(0);
 
     #[test]
-    fn nothing_marked_and_light_at_rest_are_no_change() {
+    fn unmarked_and_resting_light_is_unchanged() {
         let mut cells = empty();
         assert_eq!(change(&cells, middle(), WORLD, &params()), Change::default());
         add(&mut cells, 100, middle(), WORLD, 1.0, 0.0);
@@ -303,7 +304,7 @@ mod tests {
         add(&mut cells, 6, middle(), WORLD, 1.0, 2.0);
         add(&mut cells, 6, beside, WORLD, 1.0, 4.0);
         let found = change(&cells, middle(), WORLD, &params());
-        // Means of sums in 1/256, which these numbers are.
+        // Exact: the means are of sums in multiples of 1/256.
         assert_eq!((found.lost, found.moved), (0.0, 2.0));
         assert_eq!(change(&cells, beside, WORLD, &params()).moved, 4.0);
     }
@@ -316,18 +317,18 @@ mod tests {
         add(&mut cells, 6, beside, WORLD, 1.0, 4.0);
         // Twelve marks of sixteen, in a cell of twice the edge.
         assert_eq!(change(&cells, middle(), WORLD, &params()).moved, 3.0);
-        // Few that moved are not hidden by many that rest around them.
+        // The few marks that moved are not hidden by many around them that rest.
         assert_eq!(change(&cells, beside, WORLD, &params()).moved, 4.0);
     }
 
     #[test]
-    fn a_few_marks_judge_all_that_has_none_near_by() {
+    fn few_marks_judge_positions_without_marks_near_by() {
         let mut cells = empty();
         add(&mut cells, 2, middle(), WORLD, 0.93, 4.0);
-        // Also behind the planes of the axes, which are faces of all finer cells.
+        // Also across the planes of the axes, which are faces of all finer cells.
         for far in [Vec3::X, Vec3::NEG_X, Vec3::NEG_ONE] {
             let found = change(&cells, 1000.0 * edge() * far, WORLD, &params());
-            // Half a quantum of each path.
+            // Tolerance: half a quantum of each path.
             assert!((found.lost - 0.07).abs() < 1.0e-4 && found.moved == 4.0, "{found:?}");
         }
     }
@@ -341,13 +342,13 @@ mod tests {
     }
 
     #[test]
-    fn a_fade_shows_from_one_light_path_though_it_moves() {
+    fn fade_shows_from_one_light_path_despite_motion() {
         for (left, share) in [(0.93, 0.07), (1.0 / 0.93, 0.07), (0.99, 0.01), (0.8, 0.2)] {
             for count in [1u32, 2, 6, 100] {
                 let mut cells = empty();
                 add(&mut cells, count, middle(), WORLD, left, 0.5);
                 let found = change(&cells, middle(), WORLD, &params());
-                // Half a quantum of each path.
+                // Tolerance: half a quantum of each path.
                 assert!((found.lost - share).abs() < 1.0e-4, "{count}, {left}: {}", found.lost);
                 assert_eq!(found.moved, 0.5);
             }
@@ -365,7 +366,7 @@ mod tests {
         }
         assert_eq!(change(&cells, middle(), WORLD, &params), Change { lost: 0.0, moved: 1.0 });
         assert_eq!(change(&cells, beside, WORLD, &params).lost, 0.0);
-        // Further than that it is other light.
+        // Light that moves further is other light.
         let mut cells = empty();
         for _ in 0..40 {
             let mut cells = AtomicWords::new(&mut cells);
@@ -377,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn what_some_paths_lose_and_others_gain_is_chance() {
+    fn losses_of_some_paths_and_gains_of_others_are_noise() {
         let mut cells = empty();
         add(&mut cells, 50, middle(), WORLD, 0.0, MAX_STEP);
         let mut words = AtomicWords::new(&mut cells);
@@ -409,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_ways_are_not_told_apart() {
+    fn distance_moved_is_at_most_max_step() {
         let mut cells = empty();
         add(&mut cells, 10, middle(), WORLD, 1.0, 1.0e9);
         assert_eq!(change(&cells, middle(), WORLD, &params()).moved, MAX_STEP);

@@ -1,4 +1,4 @@
-//! Light without what a point reflects of it: what texels of different colours can reuse of each other.
+//! Demodulation: light divided by the reflectance of its point, which texels of different colours can share.
 
 use crate::gather::contribution::contribution;
 use crate::interface::features::Features;
@@ -8,11 +8,11 @@ use crate::interface::point::{PhotonLight, PointShading};
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec3;
 
-/// Reflectance below which light cannot be told from what a point reflects (1/sr).
+/// Minimum reflectance that light is divided by (1/sr).
 pub const MIN_REFLECTANCE: f32 = 1.0e-4;
 
-/// What a point reflects of light that comes from straight above (1/sr): of a Lambertian point its light is multiplied with
-/// this, to the bit; of others, nearly.
+/// Reflectance of a point for light along its shading normal (1/sr). The light of a Lambertian point is multiplied with it, to
+/// the bit; that of other points nearly.
 #[inline(always)]
 pub fn head_on(
     shading: &PointShading,
@@ -25,8 +25,8 @@ pub fn head_on(
     contribution(shading, material, &light, params.specular_roughness, features)
 }
 
-/// Light over reflectance, of which a channel is at least `MIN_REFLECTANCE`; a channel that is not reflected is taken for the
-/// mean of the others.
+/// Light over reflectance, of which at least one channel is `MIN_REFLECTANCE` or more. A channel below that gets the mean of the
+/// others.
 #[inline(always)]
 pub fn demodulated(radiance: Vec3, reflectance: Vec3) -> Vec3 {
     let is_seen = |r: f32| if r >= MIN_REFLECTANCE { 1.0 } else { 0.0 };

@@ -1,5 +1,5 @@
-//! Temporal reprojection: the history sample of a collection point, which is the nearest collection point of the last frame on the
-//! same surface, and how long the view of it lets light count.
+//! Temporal reprojection. The history sample of a collection point is the nearest collection point of the last frame on the same
+//! surface. The change of the view limits how long its light counts.
 
 use crate::history::reprojected::ReprojectedPoint;
 use crate::history::window::{Look, PreviousFrame, WIDE_HALF_WIDTH, for_each_around};
@@ -14,34 +14,34 @@ use crate::surface::class::{self, Classes};
 use crate::surface::textured::material_of;
 use spirv_std::glam::Vec2;
 
-/// Radii of history point and reprojected point differ at most by this factor.
+/// Maximum ratio of the radii of history point and reprojected point.
 const MAX_RADIUS_RATIO: f32 = 1.5;
-/// A history point this near, relative to the radius, is nearer than any other: half a pixel.
+/// Distance below which no other history point is likely to be nearer, relative to the radius: half a pixel.
 const NEAREST_RADII: f32 = 0.85;
-/// Turn of the view that light of a glossy lobe stands, relative to the lobe's width (squared roughness).
+/// Maximum turn of the view for light of a glossy lobe, relative to the lobe's width (squared roughness).
 const VIEW_LAG: f32 = 0.5;
 
-/// Looks for the nearest point.
+/// Search for the nearest point.
 pub struct Nearest {
-    /// The point that looks for light to reuse.
+    /// Point that looks for light to reuse.
     pub reprojected_point: ReprojectedPoint,
-    /// Pixel of the nearest so far.
+    /// Pixel of the nearest point so far.
     pub pixel: u32,
-    /// Whether there is one.
+    /// Whether a point was found.
     pub found: bool,
     square: f32,
     search_radius: f32,
 }
 
 impl Nearest {
-    /// None yet, up to so many radii of a history point away.
+    /// Starts a search within a radius, in radii of the history point.
     #[inline(always)]
     pub fn new(reprojected_point: ReprojectedPoint, search_radius: f32) -> Self {
         Nearest { reprojected_point, pixel: 0, found: false, square: f32::MAX, search_radius }
     }
 
-    /// Looks around a position in the frame before (px): in a wide window only where the point at `depth` is seen by specular events
-    /// and none is reusable near by.
+    /// Searches around a position in the previous frame (px). The wide window is used only for a point behind specular events
+    /// (`depth` above 1) without a reusable point near by.
     #[inline(always)]
     pub fn search<L>(&mut self, at: Vec2, depth: u32, params: &FrameParams, history: PreviousFrame<'_, L>) {
         for_each_around(at, 0, params, history, self);
@@ -53,7 +53,7 @@ impl Nearest {
         }
     }
 
-    /// Takes the point of a pixel, wherever it lies in it: further away than others may be.
+    /// Takes the point of a pixel, at up to twice the search radius.
     #[inline(always)]
     pub fn prefer<L>(&mut self, pixel: u32, history: PreviousFrame<'_, L>) {
         self.pixel = pixel;
@@ -61,7 +61,7 @@ impl Nearest {
             is_reusable(&history.points[pixel as usize], &self.reprojected_point, 2.0 * self.search_radius);
     }
 
-    /// Whether no other point is likely to be nearer.
+    /// Whether the point found is so near that another is unlikely to be nearer.
     #[inline(always)]
     fn is_near(&self) -> bool {
         let near = NEAREST_RADII * self.reprojected_point.radius;
@@ -82,7 +82,7 @@ impl<L> Look<L> for Nearest {
     }
 }
 
-/// Whether a point up to so many of its radii away is reusable: it has light, and is of the same surface, seen as closely.
+/// Whether a point with light is reusable: within a number of its radii, on the same surface, and of a similar radius.
 #[inline(always)]
 pub fn is_reusable(
     history_point: &HistoryPoint,
@@ -102,7 +102,7 @@ pub fn is_reusable(
         && reprojected_point.accepts(history_point, along)
 }
 
-/// Maximum frames' worth that reused light counts, by how far the view of a glossy lobe turned.
+/// Maximum number of frames that reused light counts, by the turn of the view of a glossy lobe.
 #[inline(always)]
 pub fn max_samples_by_view(
     history_point: &HistoryPoint,
@@ -124,7 +124,7 @@ pub fn max_samples_by_view(
     VIEW_LAG * material.roughness * material.roughness / turn.max(1.0e-9)
 }
 
-/// Whether what a point reflects depends on the view by more than a factor.
+/// Whether reflection depends on the view by more than a factor: a glossy lobe.
 #[inline(always)]
 fn is_glossy(material: &Material, specular_roughness: f32) -> bool {
     let reflects = material.metallic > 0.0 || material.specular > 0.0;

@@ -5,7 +5,7 @@ use crate::declare::History;
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::resolve::RESOLVE;
 
-/// No light outlives its frame.
+/// No history: no light outlives its frame.
 #[cfg(not(target_arch = "spirv"))]
 pub const NONE: History = History {
     name: "none",

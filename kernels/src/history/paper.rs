@@ -1,5 +1,5 @@
-//! `reuse.paper`: reuses light of the previous frame's collection points for one of today's, as published: the mean of all
-//! points that overlap, with a fixed share in the blend [Moreau and Doggett 2022].
+//! `reuse.paper`: reuses light of the previous frame's collection points as published [Moreau and Doggett 2022]. The mean of all
+//! points that overlap has a fixed share in the blend.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -20,16 +20,15 @@ use crate::interface::point::{PointGeometry, PointShading};
 use crate::platform::Slots;
 use spirv_std::glam::Vec3;
 
-/// Width of the paper's weights, relative to the radius.
+/// Width of the paper's weights, in radii.
 const PAPER_SIGMA: f32 = 0.75;
-/// Frames' worth of a share of 0.8 in the blend: 0.8 / 0.2.
+/// Number of frames that a share of 0.8 in the blend is worth: 0.8 / 0.2.
 const PAPER_SAMPLES: f32 = 4.0;
 /// Cosine below which discs cross several pixels.
 const MIN_SAME_SIZE_COS: f32 = 0.3;
 
 #[cfg(not(target_arch = "spirv"))]
-/// OurTemporal as published: eight tenths of the mean of the previous points that overlap, two tenths of this frame's light,
-/// always.
+/// OurTemporal as published: always 0.8 of the mean of the previous points that overlap, and 0.2 of this frame's light.
 pub const PAPER: History = History {
     name: "paper",
     description: "OurTemporal as published: 0.8 of what overlaps, 0.2 of this frame",
@@ -62,8 +61,8 @@ pub fn reuse_paper(
     reprojected.write(pixel, Reprojected { radius: point.radius, ..found });
 }
 
-/// The mean over all previous points whose disc holds this one, weighted by exp(-d^2 / (2 (0.75 R)^2)),
-/// with 0.8 of the blend.
+/// Mean over all previous points whose disc holds this point, with a share of 0.8 in the blend. The weights are `exp(-d^2 / (2
+/// (0.75 R)^2))`.
 #[inline(always)]
 fn overlapping(
     pixel: u32,
@@ -93,7 +92,7 @@ fn overlapping(
     Reprojected { mean: visit.sum / visit.weights, samples: PAPER_SAMPLES, ..Reprojected::default() }
 }
 
-/// Sums over the points that overlap.
+/// Sum over the points that overlap.
 struct Overlap {
     reprojected_point: ReprojectedPoint,
     sum: Vec3,

@@ -1,18 +1,21 @@
-//! `path.*`: a history of the path-traced light at collection points, beside that of their caustics.
+//! `path.*`: a history of path-traced light at collection points, beside the history of their caustics.
 //!
-//! Kept is what the non-specular class of a point reflects of the light that camera paths find, over the path's throughput and
-//! the point's reflectance, direct light apart from the rest: the probability of the class is in the throughput of the rest alone.
-//! What a path saw before its point, and what a specular class reflects there, is of this frame. Kept light is found where the
-//! previous camera saw the point, at the nearest point there of the same surface; in a still view, in the pixel itself. A mean over
-//! neighbours would blur more with every frame; the mean position of what a point holds bounds how far that lies from it.
+//! The history keeps the light of camera paths that the non-specular class of a point reflects, over the path's throughput and
+//! the point's reflectance. Direct light is kept apart from the rest, as the probability of the class is in the throughput of the
+//! rest alone. Light that a path saw before its point, or that a specular class reflects there, is always of this frame.
 //!
-//! Whether it still holds is not guessed: of every 5 by 5 pixels one path of the frame before is traced again, with the same
-//! camera and random numbers, in the scene of today. Where nothing changed it finds the same light, to rounding; what differs
-//! says how many frames kept light may count. In a still view nothing is traced, and all frames count alike.
+//! Kept light is found where the previous camera saw the point, at the nearest point there of the same surface. In a still view
+//! it is found in the pixel itself. A mean over neighbours would blur more with every frame. The mean position of a point's light
+//! bounds the light's distance from the point.
 //!
-//! Cost: a twenty-fifth of `collect` where something moved; 76 bytes a pixel of state. Limitations: a pixel keeps one point's light,
-//! so where a path may pass a surface or be reflected by it the kept light is that of the last choice, and else the nearest
-//! pixel's; whatever lies beside a change is as noisy as without a history.
+//! Paths that are traced again show whether kept light still holds: one path of the previous frame for every 5 by 5 pixels. It is
+//! traced in the present scene, with the same camera and random numbers. Where nothing changed it finds the same light, to
+//! rounding. A difference limits the number of frames that kept light may count. In a still view nothing is traced again, and all
+//! frames count alike.
+//!
+//! Cost: a twenty-fifth of `collect` where something moved; 76 bytes a pixel of state. Limitations: a pixel keeps one point's
+//! light. Where a path may pass a surface or be reflected by it, this is the light of the last choice, else of the nearest
+//! pixel. Light beside a change is as noisy as without a history.
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
@@ -43,7 +46,7 @@ use spirv_std::glam::{Vec2, Vec3};
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-/// Path-traced light that outlives its frame, and the paths that are traced again to see whether it still holds.
+/// Stage of the path history: light that outlives its frame, and paths traced again to validate it.
 #[cfg(not(target_arch = "spirv"))]
 pub const PATH_HISTORY: FrameStage = FrameStage {
     look_back: |params| vec![Step::new(&PATH_RETRACE, params)],
@@ -57,38 +60,38 @@ pub const PATH_HISTORY: FrameStage = FrameStage {
     ..FrameStage::new("path history")
 };
 
-/// Pixels to a side of a block, of which one is traced again.
+/// Side of a block (px); one pixel of each block is traced again.
 pub const BLOCK: u32 = 5;
-/// Which that is moves on by so many from frame to frame: prime to the pixels of a block.
+/// Step from frame to frame of the pixel that is traced again: prime to the number of pixels of a block.
 const STRIDE: u32 = 7;
-/// Frames' worth that kept light counts at most where something moves.
+/// Maximum number of frames that kept light counts where something moves.
 pub const MAX_FRAMES: f32 = 32.0;
-/// The same in a still view: whole numbers stay exact.
+/// Maximum number of frames in a still view; whole numbers stay exact.
 const MAX_STILL_FRAMES: f32 = 4_194_304.0;
-/// The same of light that a mesh carries along.
+/// Maximum number of frames of light that a mesh carries along.
 const MAX_CARRIED_FRAMES: f32 = 1.0;
-/// Distance up to which the light of a point is reused, seen head on (radii).
+/// Maximum distance at which the light of a point is reused, seen head on (radii).
 const SEARCH_RADIUS: f32 = 1.3;
-/// Least cosine that this is projected with.
+/// Minimum cosine that this distance is projected with.
 const MIN_SLANT_COS: f32 = 0.05;
-/// Frames' worth from which on light knows its variance.
+/// Minimum number of frames from which the variance of light is estimated.
 const MIN_KNOWN_FRAMES: f32 = 4.0;
-/// Relative difference that two compilations of one computation may make.
+/// Maximum relative difference between two compilations of one computation.
 const ROUNDING: f32 = 1.0e-3;
 
-/// Blocks along a row of the image.
+/// Number of blocks along a row of the image.
 #[inline(always)]
 fn blocks_per_row(params: &FrameParams) -> u32 {
     params.width.div_ceil(BLOCK)
 }
 
-/// Blocks of the image.
+/// Number of blocks of the image.
 #[inline(always)]
 pub fn block_count(params: &FrameParams) -> u32 {
     blocks_per_row(params) * params.height.div_ceil(BLOCK)
 }
 
-/// Traces a path of each block again.
+/// Traces one path of each block again.
 #[pass(name = "path.retrace", over = block_count(params), work = Reuse, shared_entry)]
 pub fn path_retrace(
     block: u32,
@@ -113,7 +116,7 @@ pub fn path_retrace(
     run_camera_pass(retrace, params, features, scene, tracer, &mut Uncounted);
 }
 
-/// The pixel of a block whose turn it is; `NONE` if it has kept nothing.
+/// Pixel of a block whose turn it is; `NONE` if it has no kept light.
 #[inline(always)]
 pub fn pixel_of(block: u32, path_points: &[HistoryPoint], params: &FrameParams) -> u32 {
     let turn = params.frame % (BLOCK * BLOCK) * STRIDE % (BLOCK * BLOCK);
@@ -127,15 +130,15 @@ pub fn pixel_of(block: u32, path_points: &[HistoryPoint], params: &FrameParams) 
     }
 }
 
-/// The camera pass `path.retrace`: the light that the path of a pixel finds now.
+/// Camera pass `path.retrace`: finds the light of a pixel's previous path in the present scene.
 pub struct Retrace<'a> {
     /// The block.
     pub block: u32,
-    /// The pixel; `NONE`: there is nothing to compare with.
+    /// Pixel; `NONE`: there is nothing to compare with.
     pub pixel: u32,
     /// Settings.
     pub params: &'a FrameParams,
-    /// Code that is compiled in.
+    /// Features that are compiled in.
     pub features: Features,
     /// Materials.
     pub materials: &'a [Material],
@@ -170,7 +173,7 @@ impl CameraPass for Retrace<'_> {
     #[inline(always)]
     fn store(&mut self, light: &CameraPathLight, point: &CollectionPoint) {
         let mut retraced = Retraced::default();
-        // What is another surface, the history will not find.
+        // Skip another surface, which the history would not find either.
         if point.geometry.exists() && point.shading.material == self.points[self.pixel as usize].material {
             let (radiance, direct) = (light.radiance - light.prefix, &light.direct);
             let found =
@@ -182,7 +185,7 @@ impl CameraPass for Retrace<'_> {
     }
 }
 
-/// How many frames kept light may count in each block.
+/// Computes the maximum number of frames that kept light may count in each block.
 #[pass(name = "path.judge", over = block_count(params), work = Reuse)]
 pub fn path_judge(
     block: u32,
@@ -201,30 +204,32 @@ pub fn path_judge(
     path_max_frames.write(block, frames);
 }
 
-/// What paths that were traced again around a position found, of direct and of indirect light.
+/// Changes of direct and of indirect light that paths traced again found around a position.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Changes {
-    /// Sum of their light in the frame before.
+    /// Sum of the light in the previous frame.
     before: Vec2,
-    /// Sum of their light now.
+    /// Sum of the light now.
     now: Vec2,
     /// Sum of the greater of both.
     greater: Vec2,
-    /// Sum of differences, whatever their sign.
+    /// Sum of absolute differences.
     differences: Vec2,
-    /// Sum of their squares.
+    /// Sum of squared differences.
     squares: Vec2,
 }
 
-/// Share of the light by which that of a position may be late. Promised are 0.01: few paths see less of a fade than there is.
+/// Maximum share of a position's light that is late. It is below the promised 0.01, as few paths see less of a fade than there
+/// is.
 const MAX_LATE: f32 = 0.007;
-/// Share of it by which single paths' light may be: what one loses another gains, as where the edge of a shadow moves.
+/// Maximum late share of the light of single paths. One path gains what another loses, for example at the moving edge of a
+/// shadow.
 const MAX_PATHS_LATE: f32 = 0.05;
-/// Share of the light that changed, above which nothing is reused.
+/// Share of changed light above which nothing is reused.
 const MAX_CHANGED: f32 = 0.25;
 
 impl Changes {
-    /// Those of the blocks so many to each side.
+    /// Sums the changes of the blocks up to `side` away.
     #[inline(always)]
     fn around(block: u32, side: u32, params: &FrameParams, retraced: &[Retraced]) -> Changes {
         let (width, height) = (blocks_per_row(params), params.height.div_ceil(BLOCK));
@@ -245,7 +250,7 @@ impl Changes {
     #[inline(always)]
     fn add(&mut self, path: &Retraced) {
         let greater = path.before.max(path.now);
-        // What rounding may make is no difference.
+        // Ignore what rounding may change.
         let difference = ((path.now - path.before).abs() - greater * ROUNDING).max(Vec2::ZERO);
         self.before += path.before;
         self.now += path.now;
@@ -254,7 +259,7 @@ impl Changes {
         self.squares += difference * difference;
     }
 
-    /// Frames that each kind of light may count.
+    /// Maximum number of frames of direct and of indirect light.
     #[inline(always)]
     fn max_frames(&self) -> Vec2 {
         Vec2::new(
@@ -264,7 +269,7 @@ impl Changes {
     }
 }
 
-/// Frames that light may count, so that it is late by a part of its brightness at most: n frames' worth are n frames late.
+/// Maximum number of frames of light for which a bounded part of its brightness is late: n frames' worth are n frames late.
 #[inline(always)]
 fn max_frames_of_kind(before: f32, now: f32, greater: f32, differences: f32, squares: f32) -> f32 {
     if differences <= 0.0 {
@@ -274,7 +279,7 @@ fn max_frames_of_kind(before: f32, now: f32, greater: f32, differences: f32, squ
     frames.min(max_frames(differences / greater, MAX_PATHS_LATE))
 }
 
-/// Frames that light may count where so large a share of it changes in a frame, to be late by a share of at most so much.
+/// Maximum number of frames for which a share `late` of light is late, if a share `changed` of it changes in a frame.
 #[inline(always)]
 fn max_frames(changed: f32, late: f32) -> f32 {
     if changed <= 0.0 {
@@ -340,21 +345,22 @@ pub fn path_reproject(
     path_reprojected.write(pixel, reprojected);
 }
 
-/// The history point whose light is reused.
+/// History point whose light is reused.
 #[derive(Clone, Copy, Default)]
 struct HistorySample {
-    /// Its pixel.
+    /// Pixel of the history point.
     pixel: u32,
-    /// Frames that its direct and its indirect light may count; zeros: there is none.
+    /// Number of frames that its direct and its indirect light may count; zeros: there is none.
     frames: Vec2,
-    /// From the reprojected point to the mean position of that light (m).
+    /// Offset from the reprojected point to the mean position of that light (m).
     offset: Vec3,
 }
 
 /// Finds the point of the previous frame whose light the point of a pixel reuses.
 ///
-/// What lies on a mesh that moved is looked for where it is: light that stays in the world while surfaces move below it is what paths
-/// that are traced again compare. What carries its light along is not found by them, and counts a frame's worth.
+/// A point on a mesh that moved is first looked for at its present position. Light there stays in the world while surfaces move
+/// below it, and paths traced again compare that light. They do not find light that a mesh carries along, so that light counts
+/// one frame.
 #[inline(always)]
 fn find_history_sample(
     pixel: u32,
@@ -367,14 +373,14 @@ fn find_history_sample(
     params: &FrameParams,
     features: Features,
 ) -> HistorySample {
-    // Pixels side by side see a surface at a slant further apart than a disc is wide.
+    // Neighbouring pixels see a slanted surface further apart than a disc is wide.
     let cos = shading.to_viewer.dot(point.normal).abs().max(MIN_SLANT_COS);
     let search_radius = SEARCH_RADIUS / cos.sqrt();
     let mut reprojected_point = ReprojectedPoint::unmoved(point, shading);
     let mut nearest = Nearest::new(reprojected_point, search_radius);
     let mut frames = Vec2::splat(MAX_STILL_FRAMES);
     if params.moved == 0 {
-        // Rays over the whole pixel are further apart.
+        // Rays over the whole pixel hit further apart: prefer the pixel's own point.
         nearest.prefer(pixel, history);
         if !nearest.found {
             nearest.search(centre(pixel, params), point.depth, params, history);
@@ -409,7 +415,7 @@ fn find_history_sample(
     }
 }
 
-/// Frames that light may count at a position in the frame before (px).
+/// Maximum number of frames of light at a position in the previous frame (px).
 #[inline(always)]
 fn max_frames_at(at: Vec2, path_max_frames: &[Vec2], params: &FrameParams) -> Vec2 {
     let column = clamp(at.x, 0.0, params.width as f32 - 1.0) as u32;
@@ -423,7 +429,7 @@ fn centre(pixel: u32, params: &FrameParams) -> Vec2 {
     Vec2::new((pixel % params.width) as f32 + 0.5, (pixel / params.width) as f32 + 0.5)
 }
 
-/// Light of this frame and reused light, shown and kept: of each kind (n old + new) / (n + 1).
+/// Blends light of this frame with reused light, to show and to keep: each kind by (n old + new) / (n + 1).
 #[pass(name = "path.blend", over = params.pixel_count(), work = Reuse)]
 pub fn path_blend(
     pixel: u32,
@@ -482,7 +488,7 @@ pub fn path_blend(
     path_noise.write(pixel, noise(&light, direct.class_probability, square));
 }
 
-/// One plus the variance of the mean of all frames over its square; 0 where they are too few to tell.
+/// One plus the variance of the mean of all frames over the square of the mean; 0 if there are too few frames.
 #[inline(always)]
 fn noise(light: &PathHistoryLight, class_probability: f32, square: f32) -> f32 {
     let samples = light.direct_samples.min(light.indirect_samples);
@@ -490,12 +496,12 @@ fn noise(light: &PathHistoryLight, class_probability: f32, square: f32) -> f32 {
     if samples < MIN_KNOWN_FRAMES {
         return 0.0;
     }
-    // What is black has been so in all frames.
+    // A black mean has been black in all frames.
     let one = if mean > 0.0 { (square / (mean * mean) - 1.0).max(0.0) } else { 0.0 };
     1.0 + one / (samples - 1.0)
 }
 
-/// The light that arrives at a point whose non-specular class sends so much to the eye; none where that cannot be told.
+/// Light that arrives at a point, by the light that its non-specular class sends to the eye; none if it cannot be separated.
 #[inline(always)]
 fn arriving(
     light: Vec3,
@@ -506,7 +512,7 @@ fn arriving(
     features: Features,
 ) -> PathHistoryLight {
     let reflected = shading.throughput * head_on(shading, materials, params, features);
-    // Behind what parts colours a pixel has another channel in every frame, which says nothing of the others.
+    // With dispersion a pixel has another channel in every frame, which tells nothing about the others.
     let parted = features.has(Features::DISPERSION) && !is_mixed(shading.throughput);
     let known = (reflected * direct.class_probability.min(1.0)).max_element();
     if !is_finite(light.element_sum())
@@ -516,7 +522,7 @@ fn arriving(
     {
         return PathHistoryLight::default();
     }
-    // Of a sample that was bounded, what is left is direct light first.
+    // Count what is left of a bounded sample as direct light first.
     let from_lights = direct.radiance.min(light);
     PathHistoryLight {
         direct: demodulated(from_lights, reflected * direct.class_probability),
@@ -526,7 +532,8 @@ fn arriving(
     }
 }
 
-/// All channels of direct and of indirect light, as the eye sees them but for what the point and the path to it leave of them.
+/// Brightness of direct and of indirect light, summed over channels. It contains the class probability, but neither the
+/// reflectance of the point nor the throughput of the path to it.
 #[inline(always)]
 fn brightness(light: &PathHistoryLight, class_probability: f32) -> Vec2 {
     Vec2::new(light.direct.element_sum() * class_probability, light.indirect.element_sum())
@@ -536,7 +543,7 @@ fn brightness(light: &PathHistoryLight, class_probability: f32) -> Vec2 {
 mod tests {
     use super::*;
 
-    /// What paths say of which so many of 49 went from `before` to `now`, and the others rest at `before`.
+    /// Changes of 49 paths: `count` of them went from `before` to `now`, the others rest at `before`.
     fn changes(count: u32, before: f32, now: f32) -> Changes {
         let mut changes = Changes::default();
         for path in 0..49 {
@@ -547,18 +554,18 @@ mod tests {
     }
 
     #[test]
-    fn light_at_rest_counts_long_and_so_does_what_rounding_changed() {
+    fn resting_and_rounded_light_counts_the_maximum_of_frames() {
         assert_eq!(Changes::default().max_frames(), Vec2::splat(MAX_FRAMES));
         assert_eq!(changes(0, 2.0, 2.0).max_frames(), Vec2::splat(MAX_FRAMES));
         assert_eq!(changes(49, 2.0, 2.001).max_frames(), Vec2::splat(MAX_FRAMES));
     }
 
     #[test]
-    fn light_that_changes_is_late_by_a_part_of_its_brightness() {
+    fn changing_light_is_late_by_a_bounded_part_of_its_brightness() {
         for change in [0.01, 0.02, 0.05, 0.1, 0.2] {
             for now in [1.0 - change, 1.0 / (1.0 - change)] {
                 let frames = changes(49, 1.0, now).max_frames();
-                // 49 paths that change alike are beyond noise but for 1.44 / 49 of the change.
+                // Noise takes 1.44 / 49 of the change of 49 paths that change alike.
                 assert!(frames.x * change <= MAX_LATE / (1.0 - 1.44 / 49.0), "{change}: {frames}");
                 assert_eq!(frames.y, MAX_FRAMES, "the other kind rests");
             }
@@ -570,7 +577,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_path_that_changed_shortens_and_ends_nothing() {
+    fn a_single_changed_path_shortens_but_does_not_end_reuse() {
         let frames = changes(1, 1.0, 0.0).max_frames().x;
         assert!(1.0 < frames && frames < 4.0, "{frames}");
         assert_eq!(changes(20, 1.0, 0.0).max_frames().x, 0.0);

@@ -1,4 +1,4 @@
-//! A collection point of today where it was in the frame before.
+//! Reprojected points: collection points of this frame at their positions in the previous one.
 
 use crate::gather::contribution::is_same_surface;
 use crate::interface::history::HistoryPoint;
@@ -7,7 +7,7 @@ use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::octahedral;
 use spirv_std::glam::Vec3;
 
-/// A point of today where it was in the frame before.
+/// A collection point of this frame at its position in the previous one.
 #[derive(Clone, Copy)]
 pub struct ReprojectedPoint {
     /// Position (m).
@@ -21,7 +21,7 @@ pub struct ReprojectedPoint {
 }
 
 impl ReprojectedPoint {
-    /// Where the point is.
+    /// Point at its present position.
     #[inline(always)]
     pub fn unmoved(point: &PointGeometry, shading: &PointShading) -> Self {
         ReprojectedPoint {
@@ -32,7 +32,7 @@ impl ReprojectedPoint {
         }
     }
 
-    /// Where the instance of a point was.
+    /// Point at the previous position of its instance.
     #[inline(always)]
     pub fn new(point: &PointGeometry, shading: &PointShading, instances: &[Instance]) -> Self {
         let mut point_before = ReprojectedPoint::unmoved(point, shading);
@@ -44,7 +44,7 @@ impl ReprojectedPoint {
         point_before
     }
 
-    /// Whether a point is of the same surface, so that its light is reusable, `along` away from it.
+    /// Whether a history point, `along` away, is of the same surface, so that its light is reusable.
     #[inline(always)]
     pub fn accepts(&self, history_point: &HistoryPoint, along: Vec3) -> bool {
         is_same_surface(along, self.normal, octahedral::decode(history_point.normal), self.radius)

@@ -1,4 +1,4 @@
-//! `resolve.history`: flux to radiance, with reused light of the previous frame; and what this frame leaves to the next one.
+//! `resolve.history`: turns flux into radiance with reused light of the previous frame, and stores light for the next one.
 
 use crate::declare::pass;
 use crate::gather::accumulator::{self, GatheredSum};
@@ -13,18 +13,18 @@ use crate::pass::resolve;
 use crate::platform::Slots;
 use spirv_std::glam::Vec3;
 
-/// A pixel's caustic, and its part of the history.
+/// Caustic of a pixel, and its part of the history.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Blended {
     /// Radiance of the caustic (W m^-2 sr^-1).
     pub radiance: Vec3,
-    /// The point, as the next frame finds it.
+    /// Point, as the next frame finds it.
     pub point: HistoryPoint,
-    /// The light that the next frame may reuse (see `Reprojected::mean`).
+    /// Light that the next frame may reuse (see `Reprojected::mean`).
     pub mean: Vec3,
 }
 
-/// Radiance of the caustic at each pixel, blended with reused light.
+/// Computes the radiance of the caustic at each pixel, blended with reused light.
 #[pass(name = "resolve.history", over = params.pixel_count(), work = Resolve)]
 pub fn resolve_history(
     pixel: u32,
@@ -114,7 +114,7 @@ mod tests {
         FrameParams { quantum: 2.0f32.powi(-40), specular_roughness: 0.25, ..Default::default() }
     }
 
-    /// Lambert of a textured colour, and Lambert below a coat.
+    /// A Lambertian material with a textured colour, bare and below a coat.
     fn materials() -> [Material; 2] {
         let lambert = Material {
             base_color: Vec3::ONE,
@@ -130,7 +130,7 @@ mod tests {
         PointGeometry { position: Vec3::new(1.0, 2.0, 3.0), radius: 0.02, normal: Vec3::Y, depth: 1 }
     }
 
-    /// A texel of this colour.
+    /// Shading of a texel of a colour.
     fn shading(material: u32, base_color: Vec3) -> PointShading {
         let (red_green, blue) = packed(&Material { base_color, ..materials()[material as usize] });
         PointShading {
@@ -145,7 +145,7 @@ mod tests {
         }
     }
 
-    /// The accumulator of a point with this sum of f times flux (W/sr).
+    /// Accumulator of a point with a sum of f times flux (W/sr).
     fn accumulator(sum: Vec3) -> Vec<u32> {
         let mut words = vec![0; crate::gather::accumulator::WORDS as usize];
         for (channel, value) in sum.to_array().into_iter().enumerate() {
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn without_history_the_picture_is_that_of_resolve_to_the_bit() {
+    fn without_history_radiance_equals_that_of_resolve_to_the_bit() {
         for index in 0..1000 {
             let u = Rng::new(Stream::Camera, 3, index, 0).next4();
             let sum = uniform_sphere(u.x, u.y).abs() * u.z * 1.0e-4;
@@ -205,17 +205,17 @@ mod tests {
     }
 
     #[test]
-    fn no_point_leaves_nothing_to_the_next_frame() {
+    fn pixel_without_point_leaves_no_light_to_the_next_frame() {
         let reprojected = Reprojected { mean: Vec3::ONE, samples: 3.0, offset: Vec3::ONE, radius: 0.02 };
         let found = blended(&shading(0, Vec3::ONE), Vec3::splat(1.0e-4), reprojected, &DEMODULATES, 0);
         assert_eq!((found.radiance, found.point.samples), (Vec3::ZERO, 0.0));
-        // Nor does a point that reflects nothing: its light cannot be told.
+        // Light of a point that reflects nothing cannot be demodulated.
         let found = blended(&shading(0, Vec3::ZERO), Vec3::ZERO, reprojected, &DEMODULATES, 1);
         assert_eq!((found.radiance, found.point.samples), (Vec3::ZERO, 0.0));
     }
 
     #[test]
-    fn frames_count_alike_in_the_blend() {
+    fn blend_weights_all_frames_equally() {
         let (sum, old) = (Vec3::new(1.0, 2.0, 3.0) * 1.0e-4, Vec3::new(0.7, 0.2, 0.4));
         let radiance = HistorySettings { demodulates: 0, ..DEMODULATES };
         for (material, settings) in [(0, &DEMODULATES), (1, &DEMODULATES), (0, &radiance), (1, &radiance)] {
@@ -232,9 +232,9 @@ mod tests {
                     1,
                 );
                 let expected = (n * old + fresh.mean) / (n + 1.0);
-                // A few ulp.
+                // Tolerance: a few ulp.
                 assert!((found.mean - expected).length() < 1.0e-6 * expected.length());
-                // A pixel shows its light as it shows that of its own frame.
+                // The eye sees blended light by the factor that it sees this frame's light by.
                 let shown = fresh.radiance * found.mean / fresh.mean;
                 assert!((found.radiance - shown).length() < 2.0e-6 * shown.length());
                 assert_eq!(found.point.samples, n + 1.0);
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn lambert_lends_irradiance_to_texels_of_other_colours() {
+    fn lambert_reuses_irradiance_across_texels_of_other_colours() {
         let light = Vec3::new(1.0, 2.0, 3.0) * 1.0e-4;
         for white in [Vec3::ONE, Vec3::new(0.25, 1.0, 0.5)] {
             for color in [Vec3::ONE, Vec3::new(0.5, 0.25, 0.125), Vec3::new(0.5, 0.0, 0.25)] {
@@ -254,11 +254,11 @@ mod tests {
                 let source =
                     blended(&shading(0, white), white * light, Reprojected::default(), &DEMODULATES, 1);
                 let own = blended(&shading(0, color), color * light, Reprojected::default(), &DEMODULATES, 1);
-                // As good as nothing else but the history.
+                // A history so long that this frame hardly counts.
                 let reprojected = Reprojected { mean: source.mean, samples: 1.0e6, ..Reprojected::default() };
                 let found = blended(&shading(0, color), color * light, reprojected, &DEMODULATES, 1);
                 assert!((found.radiance - own.radiance).length() < 1.0e-6 * own.radiance.length());
-                // Irradiance: pi R^2 of the light that photons brought.
+                // Irradiance: pi times the light of the photons over the area of the disc.
                 let expected = PI * light / (PI * 0.02 * 0.02);
                 assert!((source.mean - expected).length() < 1.0e-5 * expected.length(), "{}", source.mean);
                 // Reused radiance carries the colour of its source along.

@@ -1,6 +1,6 @@
-//! `reuse.validated`: temporal reuse of the last frame's collection points by reprojection (`nearest.rs`), from the nearest point,
-//! since means over neighbours blur more with every frame. It counts as many frames as it holds, less where validation paths
-//! saw the light change.
+//! `reuse.validated`: temporal reuse by reprojection (`nearest.rs`). It takes the light of the nearest collection point of the
+//! last frame, as means over neighbours blur more with every frame. The light counts as many frames as it holds, and fewer where
+//! validation paths saw it change.
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
@@ -25,15 +25,15 @@ pub mod validate;
 #[cfg(not(target_arch = "spirv"))]
 use validate::VALIDATE;
 
-/// Share of the light that is lost a frame, above which nothing is reused.
+/// Share of light lost in a frame above which nothing is reused.
 const MAX_LOST: f32 = 0.25;
-/// Share of the light by which that of a position which fades may be late. Promised are 0.02: few paths see less of a fade than there is,
-/// and paths of unlike flux scatter though they fade alike.
+/// Maximum share of a fading position's light that is late. It is below the promised 0.02 for two reasons. Few paths see less of
+/// a fade than there is, and paths of unlike flux scatter though they fade alike.
 const MAX_LATE: f32 = 0.013;
 
 #[cfg(not(target_arch = "spirv"))]
-/// Light of the nearest previous point, counted by the frames that it holds, as far as light paths with the same random
-/// numbers say that it still arrives.
+/// Light of the nearest previous point. It counts the frames that it holds, as far as light paths with the same random numbers
+/// show that it still arrives.
 pub const VALIDATED: History = History {
     name: "validated",
     description: "all frames that still hold by the validation paths, from the nearest point",
@@ -77,8 +77,8 @@ pub fn reuse_validated(
     reprojected.write(pixel, Reprojected { radius: point.radius, ..found });
 }
 
-/// The nearest previous point of the same surface, as many frames' worth as hold by what validation paths saw, and by how
-/// far the view of a glossy lobe turned.
+/// Finds the light of the nearest previous point of the same surface. Validation paths and the turn of the view of a glossy lobe
+/// limit the number of frames that it counts.
 #[inline(always)]
 fn nearest(
     pixel: u32,
@@ -95,7 +95,7 @@ fn nearest(
     if !point.exists() {
         return Reprojected::default();
     }
-    // A mesh that moves carries its light along, or slides below it: whichever changed less.
+    // A mesh that moves carries its light along, or slides below it: take the light that changed less.
     let mut reprojected_point = ReprojectedPoint::new(point, shading, instances);
     let carrier = LightFrame::instance(shading.instance);
     let mut change = cells::change(validation_cells, reprojected_point.position, carrier, params);
@@ -131,13 +131,15 @@ fn nearest(
     }
 }
 
-/// Maximum frames' worth that reused light counts, by how it changed.
+/// Maximum number of frames that reused light counts, by its change.
 ///
-/// Light that counts n frames is n frames late. What is late is not only blurred: where its old position is hidden by what
-/// moved, as behind the wall of a ring that carries its caustic along, it is lost, frame by frame. No weighing of that loss
-/// against noise is safe, so the lag itself is bounded, to a part of a disc for light that moves and to a part of its
-/// brightness for light that fades; from a quarter a frame on a light went out, and nothing is kept. Validation paths alone
-/// decide, with random numbers of their own: a choice that knew the noise of what it averages would be biased.
+/// Light that counts n frames is n frames late. Late light is not only blurred: it is lost, frame by frame, where a moved surface
+/// hides its old position. An example is the wall of a ring that carries its caustic along. No weighing of that loss against
+/// noise is safe, so the function bounds the lag itself. For light that moves, the bound is a part of a disc; for light that
+/// fades, a part of its brightness. If a quarter or more is lost in a frame, a light went out, and nothing is kept.
+///
+/// Validation paths alone decide, with random numbers of their own: a choice that depends on the noise of what it averages would
+/// be biased.
 #[inline(always)]
 fn max_samples(change: &Change, settings: &HistorySettings) -> f32 {
     let mut max = settings.max_samples;
@@ -160,14 +162,14 @@ mod tests {
     }
 
     #[test]
-    fn lent_light_is_late_by_a_part_of_a_disc_or_of_its_brightness() {
+    fn reused_light_is_late_by_a_part_of_a_disc_or_of_its_brightness() {
         assert_eq!(samples(0.0, 0.0), 1024.0);
         for moved in [0.001, 0.1, 2.5, cells::MAX_STEP] {
             assert!((samples(0.0, moved) * moved - 0.25).abs() < 1.0e-6, "{moved}");
         }
         for lost in [0.001, 0.02, 0.1, 0.2] {
             assert!(samples(lost, 0.0) * lost <= MAX_LATE);
-            // Whatever says less counts.
+            // The smaller of both limits counts.
             assert_eq!(samples(lost, 2.5), samples(lost, 0.0).min(0.1));
         }
         for lost in [0.25, 0.5, 1.0] {

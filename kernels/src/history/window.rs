@@ -1,11 +1,13 @@
-//! Where a point of today stood in the image of the frame before, and the pixels around that position.
+//! Position of a collection point in the image of the previous frame, and the pixels around that position.
 //!
-//! The collection points of a frame are an image too: neighbours on a surface, seen the same way, are neighbours in it. A
-//! point is carried back to the previous camera as the eye sees it: at its virtual image, which lies on its own ray at the length of
-//! its path behind plane mirrors, and where `math::pencil` says behind curved mirrors and glass, to first order in the eye's
-//! way. Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more (a point seen directly and in
-//! a mirror is reused in both), but pixels behind curved glass scatter over the room and are in every search's way: over
-//! mirror-room's points, a BVH in the order of the pixels cost 1.2 frames.
+//! The collection points of a frame are an image too: neighbours on a surface, seen the same way, are neighbours in it. A point
+//! is projected to the previous camera as the eye sees it, at its virtual image. Behind plane mirrors, the image lies on the
+//! point's own ray, at the length of its path. Behind curved mirrors and glass, `math::pencil` gives the image to first order in
+//! the motion of the eye.
+//!
+//! Cost: nine rows of 32 bytes a point, and no structure. A structure in space finds more: a point seen directly and in a mirror
+//! is reused in both. But pixels behind curved glass scatter over the room and slow down every search. Over mirror-room's points,
+//! a BVH in the order of the pixels cost 1.2 frames.
 
 use crate::interface::frame::{Camera, FrameParams};
 use crate::interface::history::HistoryPoint;
@@ -13,11 +15,11 @@ use crate::interface::point::{PointGeometry, PointShading};
 use crate::math::pencil::VirtualImage;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// Half width of the window (px) where light was seen through specular events and no point is reusable in the small one.
+/// Half width of the window (px) for light seen through specular events, if no point is reusable in the small window.
 pub const WIDE_HALF_WIDTH: i32 = 3;
 
-/// Where the eye of the frame before saw the point, from there: any length along the way to it, or to its virtual image.
-/// `position` is the point in the frame before.
+/// Vector from the eye of the previous frame in the direction in which it saw the point. It ends at the virtual image, or has any
+/// length. `position` is the point in the previous frame.
 #[inline(always)]
 pub fn seen_from(
     before: &Camera,
@@ -40,7 +42,7 @@ pub fn seen_from(
     virtual_image.from_eye(camera.position - before.position, along, camera.right)
 }
 
-/// Where a camera's image shows what lies along `from_eye` (px), far outside of it if that is behind the eye.
+/// Position in a camera's image (px) of what lies along `from_eye`; far outside of the image if that is behind the eye.
 #[inline(always)]
 pub fn project(from_eye: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
     let (is_before, at) = camera.on_plane(from_eye);
@@ -51,11 +53,11 @@ pub fn project(from_eye: Vec3, camera: &Camera, params: &FrameParams) -> Vec2 {
     at.clamp(Vec2::splat(-1.0e6), Vec2::splat(1.0e6))
 }
 
-/// What the frame before left, by pixel.
+/// Points and light of the previous frame, by pixel.
 pub struct PreviousFrame<'a, L = Vec3> {
-    /// Its points.
+    /// Collection points.
     pub points: &'a [HistoryPoint],
-    /// Their light.
+    /// Light of the points.
     pub light: &'a [L],
 }
 
@@ -67,13 +69,13 @@ impl<L> Clone for PreviousFrame<'_, L> {
 
 impl<L> Copy for PreviousFrame<'_, L> {}
 
-/// What is done with a pixel of the frame before; buffers stand beside it, as in `gather::Visit`.
+/// Visitor of pixels of the previous frame. Callers pass buffers beside it, as in `gather::Visit`.
 pub trait Look<L = Vec3> {
-    /// Looks at a pixel.
+    /// Visits a pixel.
     fn look(&mut self, history: PreviousFrame<'_, L>, pixel: u32);
 }
 
-/// Looks at the pixels whose centres lie within `half` pixels of the one that holds `at`, row by row.
+/// Visits the pixels up to `half` columns and rows from the pixel that holds `at`, row by row.
 #[inline(always)]
 pub fn for_each_around<L, V: Look<L>>(
     at: Vec2,
@@ -123,7 +125,7 @@ mod tests {
         (centre, (camera.forward + camera.right * x + camera.up * y).normalize())
     }
 
-    /// What a pixel sees in the mirror z = -1 on the floor y = -20, and where its virtual image is.
+    /// Point on the floor y = -20 that a pixel sees in the mirror z = -1, and the point's virtual image.
     fn mirrored(pixel: u32, params: &FrameParams) -> (PointGeometry, PointShading, Vec3) {
         let (_, direction) = ray(pixel, params);
         let to_mirror = (-1.0 - EYE.z) / direction.z;
@@ -141,18 +143,18 @@ mod tests {
         for pixel in (0..160 * 90).step_by(77) {
             let (point, shading, virtual_image) = mirrored(pixel, &params);
             let seen = seen_from(&params.camera, pixel, &point, &shading, point.position, &params);
-            // A few ulp of 40 m.
+            // Tolerance: a few ulp of 40 m.
             assert!((EYE + seen - virtual_image).length() < 2.0e-5, "{seen} should lead to {virtual_image}");
             let at = project(seen, &params.camera, &params);
             let centre = ray(pixel, &params).0;
             assert!((at - centre).length() < 1.0e-3, "{at} should be {centre}");
-            // The point itself stands elsewhere.
+            // The point itself projects elsewhere.
             assert!((project(point.position - EYE, &params.camera, &params) - centre).length() > 1.0);
         }
     }
 
     #[test]
-    fn points_seen_directly_are_where_they_were() {
+    fn points_seen_directly_are_seen_at_their_previous_position() {
         let params = params(Vec3::NEG_Z);
         let point = PointGeometry { position: Vec3::ONE, depth: 1, ..Default::default() };
         let before = Vec3::new(0.5, 1.0, -1.0);
@@ -162,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_that_moved_saw_places_elsewhere() {
+    fn a_camera_that_moved_saw_points_elsewhere() {
         let params = params(Vec3::NEG_Z);
         let position = EYE + Vec3::new(0.0, 0.0, -4.0);
         let middle = Vec2::new(80.0, 45.0);
@@ -199,19 +201,19 @@ mod tests {
     }
 
     #[test]
-    fn places_behind_the_eye_are_in_no_pixel() {
+    fn points_behind_the_eye_are_in_no_pixel() {
         let params = params(Vec3::NEG_Z);
         for position in [EYE + Vec3::Z, EYE, EYE + Vec3::X] {
             let at = project(position - EYE, &params.camera, &params);
             assert_eq!(around(at, WIDE_HALF_WIDTH, &params), []);
         }
-        // So are points far beside the image, whatever their distance.
+        // Points far beside the image are in no pixel either, at any distance.
         let beside = project(Vec3::new(1.0e9, 0.0, -1.0e-5), &params.camera, &params);
         assert_eq!((beside.x, around(beside, WIDE_HALF_WIDTH, &params)), (1.0e6, vec![]));
     }
 
     #[test]
-    fn windows_end_at_the_picture() {
+    fn windows_end_at_the_border_of_the_image() {
         let params = params(Vec3::NEG_Z);
         assert_eq!(around(Vec2::new(5.99, 2.0), 0, &params), [2 * 160 + 5]);
         assert_eq!(around(Vec2::new(0.5, 0.5), 1, &params), [0, 1, 160, 161]);

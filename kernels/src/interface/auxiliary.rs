@@ -1,9 +1,9 @@
-//! What other tools ask of a pixel: denoisers, compositors.
+//! Layers of a pixel for other tools: denoisers, compositors.
 
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::{Vec2, Vec3};
 
-/// What a pixel shows, at the first vertex of a camera path that is not specular; zeros where there is none.
+/// Surface that a pixel shows, at the first vertex of a camera path that is not specular; zeros without one.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Auxiliary {
@@ -17,11 +17,11 @@ pub struct Auxiliary {
     pub material: u32,
     /// Base colour of the material.
     pub albedo: Vec3,
-    /// Keeps rows at 16 bytes.
+    /// Keeps records at 16 bytes.
     pub padding: u32,
-    /// Where the image shows it less where the image before did (px); x to the right, y down.
+    /// Motion in the image since the previous frame (px); x to the right, y down.
     pub motion: Vec2,
-    /// Keeps rows at 16 bytes.
+    /// Keeps records at 16 bytes.
     pub padding_behind: [u32; 2],
 }
 

@@ -1,29 +1,29 @@
-//! How a frame's time is shared between camera paths and light paths, as it outlives a frame.
+//! Balance of a frame's time between camera paths and light paths, which outlives a frame.
 
 use bytemuck::{Pod, Zeroable};
 
-/// What frames said of their camera paths and light paths, those of long ago less. Variances are means over pixels, relative to
-/// the squares of what they show.
+/// Sums over frames of the variance and the cost of camera paths and light paths, old frames weighted less. Variances are means
+/// over pixels, relative to the square of a pixel's value.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Balance {
-    /// Sum over frames of the variance of what camera paths found.
+    /// Sum over frames of the variance of light of camera paths.
     pub path_variance: f32,
-    /// Sum of that of what light paths brought, each times their number.
+    /// Sum of the variance of light of light paths, each times their number.
     pub caustic_variance: f32,
-    /// Sum of what camera paths cost (rays of theirs).
+    /// Sum of the cost of camera paths (rays of camera paths).
     pub camera_cost: f32,
-    /// Sum of what a light path cost (rays of camera paths).
+    /// Sum of the cost of a light path (rays of camera paths).
     pub light_cost: f32,
-    /// Light paths of the next frame; 0: nothing is known.
+    /// Number of light paths of the next frame; 0: unknown.
     pub light_paths: u32,
 }
 
-/// Light paths a pixel in a first frame.
+/// Light paths per pixel in a first frame.
 pub const FIRST_PATHS: f32 = 0.5;
-/// Fewest light paths a pixel.
+/// Minimum number of light paths per pixel.
 pub const MIN_PATHS: f32 = 0.0625;
-/// Most light paths a pixel.
+/// Maximum number of light paths per pixel.
 pub const MAX_PATHS: u32 = 4;
 
 const _: () = assert!(size_of::<Balance>() == 20);

@@ -3,8 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec4;
 
-/// Four children's boxes (m), one lane a child. An empty lane has all its planes at f32::MAX, so that every ray
-/// misses it.
+/// Boxes of four children (m), one lane a child. An empty lane has all its planes at f32::MAX, so that every ray misses it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct BvhNode {
@@ -26,16 +25,16 @@ pub struct BvhNode {
     pub padding: [u32; 4],
 }
 
-/// Set in `BvhNode::children` for a leaf.
+/// Marks a leaf in `BvhNode::children`.
 pub const LEAF: u32 = 0x8000_0000;
 
-/// Set in `BvhNode::children`, without `LEAF`, for an instance: its index is in the other bits.
+/// Marks an instance in `BvhNode::children`, without `LEAF`; the other bits are its index.
 pub const INSTANCE: u32 = 0x4000_0000;
 
-/// Entries of the traversal stack; the builder keeps the BVH shallow enough (three pushes a level).
+/// Number of entries of the traversal stack; the builder keeps the BVH shallow enough (three pushes a level).
 pub const BVH_STACK_SIZE: usize = 64;
 
-/// Up to four triangles of a leaf, one lane each. An unused lane has three equal corners and is never hit.
+/// Up to four triangles of a leaf, one lane each. An unused lane has three equal corners, which no ray hits.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TriangleBlock {
@@ -47,7 +46,7 @@ pub struct TriangleBlock {
     pub c: [[f32; 4]; 3],
     /// Id of the triangle in lane 0; the others follow.
     pub first: u32,
-    /// Lanes in use.
+    /// Number of lanes in use.
     pub count: u32,
     /// Keeps blocks at 16 bytes.
     pub padding: [u32; 2],

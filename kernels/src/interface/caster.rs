@@ -1,28 +1,28 @@
-//! Casters: spheres around the surfaces that cast caustics, at which light paths can be aimed.
+//! Casters: spheres around the surfaces that cast caustics, for emission into their cones.
 
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
-/// A sphere that holds surfaces which cast caustics.
+/// A sphere around surfaces that cast caustics.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Caster {
     /// Centre (m).
     pub centre: Vec3,
-    /// Radius (m); 0 where nothing is there.
+    /// Radius (m); 0 marks an empty slot.
     pub radius: f32,
 }
 
-/// Spheres there are at most.
+/// Maximum number of spheres.
 pub const MAX_CASTERS: usize = 16;
 
 /// The casters of a scene at a time.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Casters {
-    /// The first `count` are theirs.
+    /// Spheres, of which the first `count` are in use.
     pub spheres: [Caster; MAX_CASTERS],
-    /// How many.
+    /// Number of spheres in use.
     pub count: u32,
 }
 

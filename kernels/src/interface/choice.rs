@@ -1,6 +1,6 @@
-//! Choices between a few settings that are no files of their own: their values as kernels compare them, and as users name them.
+//! Choices between a few settings without files of their own: their values in kernels, and their names for users.
 
-/// A choice: its values, with their names and what they are.
+/// Declares a choice: its values, with their names and descriptions.
 macro_rules! choice {
     (
         $(#[$documentation:meta])* $choice:ident
@@ -18,7 +18,7 @@ macro_rules! choice {
             /// Every value.
             pub const ALL: &[$choice] = &[$($choice::$value),*];
 
-            /// Its name on the command line.
+            /// Name on the command line.
             pub fn name(self) -> &'static str {
                 match self {
                     $($choice::$value => $name,)*
@@ -51,52 +51,52 @@ macro_rules! choice {
 }
 
 choice! {
-    /// Which light is a caustic, and so the light paths'; all other is found from the camera.
+    /// Light that counts as a caustic: light paths carry it, and camera paths find all other light.
     Caustics
-    /// What meets a specular lobe first. Light of diffuse surfaces that meets one later is found by light sampling at those
-    /// surfaces, with far less noise, unless what is lit first is small and bright.
+    /// Light that meets a specular lobe first. Light of diffuse surfaces that meets one later is found by light sampling at those
+    /// surfaces. That has far less noise, unless the surface lit first is small and bright.
     First "first" "light whose first surface is specular; the camera finds the rest"
-    /// What meets a specular lobe anywhere, as published [Moreau and Doggett 2022].
+    /// Light that meets a specular lobe anywhere, as published [Moreau and Doggett 2022].
     Any "any" "light that met anything specular before its collection point, as published"
 }
 
 choice! {
-    /// How camera paths find lights at their first vertices, up to the collection point.
+    /// Choice of lights at the first vertices of camera paths, up to the collection point.
     LightSampler
-    /// All lights where they are few, else the best of some.
+    /// All lights where they are few, else the best of several candidates.
     Resampled "resampled" "all of up to four lights, else one of eight candidates by what they would give"
     /// One light a vertex, sampled by its power, as published.
     Power "power" "one light, sampled by its power"
-    /// One light a vertex, each as likely as the others: what the other settings are held against.
+    /// One light a vertex, all with equal probability: the baseline for the other settings.
     Uniform "uniform" "one light, all alike"
 }
 
 choice! {
-    /// Where the random numbers of camera paths come from.
+    /// Source of the random numbers of camera paths.
     Sampler
     /// Every number is independent of all others.
     Independent "independent" "every number by itself"
-    /// A pixel's frames take turns in low-discrepancy sequences: the more they are, the more evenly they fill.
+    /// Low-discrepancy sequences in which a pixel's frames take turns: more frames fill them more evenly.
     Sobol "sobol" "a pixel's frames spread evenly, by Owen-scrambled Sobol sequences"
-    /// The same, and of each frame the pixels beside each other.
+    /// Sobol sequences that also spread evenly over the neighbouring pixels of each frame.
     Blue "blue" "the same, and pixels beside each other spread evenly too: their noise is fine and evens out"
 }
 
 choice! {
     /// Path-traced light of the previous frame that collection points reuse.
     PathHistory
-    /// Nothing.
+    /// No path-traced light.
     None "none" "nothing: path-traced light does not outlive its frame"
-    /// As many frames' worth as paths that are traced again say still hold.
+    /// Light of as many frames as still hold by the paths that are traced again.
     Validated "validated" "up to 32 frames that still hold by paths traced again, in a still view all of them"
 }
 
 choice! {
-    /// What is done about rare bright samples of camera paths.
+    /// Treatment of rare bright samples of camera paths.
     Fireflies
-    /// Nothing: frames are unbiased.
+    /// None: frames are unbiased.
     Kept "kept" "nothing: frames are unbiased"
-    /// They are bounded by the pixels around, and their energy is lost.
+    /// Bound by the pixels around, which loses the energy above the bound.
     Bounded "bounded" "at most eight times the mean around, which loses one or two hundredths of the light"
 }
 
@@ -112,8 +112,8 @@ choice! {
 choice! {
     /// Level of its textures that a camera prefix sees; every other path sees the finest.
     TextureFilter
-    /// That of the pixel's ray cone: one ray a pixel does not flicker, and materials are not what they are close by.
+    /// Level of the pixel's ray cone: one ray a pixel does not flicker, but materials look different from close by.
     Cone "cone" "that of the pixel's footprint: still in one frame, not quite the material"
-    /// The finest: rays over the whole pixel must average it, and then its image is right.
+    /// Finest level: correct where rays over the whole pixel average it.
     Finest "finest" "the finest: right where rays over the whole pixel are averaged"
 }

@@ -1,4 +1,4 @@
-//! Kernels never fail, they count: slots of the counter buffer.
+//! Counters: kernels never fail, they count in slots of the counter buffer.
 
 use crate::interface::ledger::{ENTRY_COUNT, LEDGER_BANKS, LEDGER_FIRST};
 
@@ -6,11 +6,11 @@ use crate::interface::ledger::{ENTRY_COUNT, LEDGER_BANKS, LEDGER_FIRST};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Counter {
-    /// Photons made.
+    /// Photons created.
     Photons,
-    /// Photons that found no room.
+    /// Photons dropped for lack of room.
     PhotonsDropped,
-    /// (photon, point) pairs taken.
+    /// Pairs of photon and point that were gathered.
     Gathered,
     /// Addends clamped by the accumulator.
     Clamped,
@@ -28,14 +28,14 @@ pub enum Counter {
     Cut,
     /// Paths whose stack of nested media overflowed.
     MediaOverflow,
-    /// Faces of media that did not fit to the media around the path that met them.
+    /// Faces of media that contradict the media around the path that met them.
     UnexpectedFaces,
 }
 
-/// Slots of the counter buffer, those of the energy ledger included.
+/// Number of slots of the counter buffer, with those of the energy ledger.
 pub const COUNTER_COUNT: usize = (LEDGER_FIRST + 2 * ENTRY_COUNT * LEDGER_BANKS) as usize;
 
-/// Names of the counters that a person wants to see.
+/// Names of the counters that users see.
 pub const COUNTER_NAMES: [(Counter, &str); 12] = [
     (Counter::Photons, "photons"),
     (Counter::PhotonsDropped, "photons_dropped"),
@@ -59,5 +59,5 @@ pub enum PhotonState {
     Stored,
 }
 
-/// Slots of the buffer `photon_state`.
+/// Number of slots of the buffer `photon_state`.
 pub const PHOTON_STATE_COUNT: usize = 4;

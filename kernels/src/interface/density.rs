@@ -1,4 +1,4 @@
-//! The density map of light paths, as it outlives a frame.
+//! The density map of light paths, which outlives a frame.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 pub struct DensityTexel {
     /// Density of light paths; 1 is about the mean of a map.
     pub density: f32,
-    /// How much it changed in the last update.
+    /// Change of the density in the last update.
     pub change: f32,
 }
 

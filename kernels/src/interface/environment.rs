@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
-/// What is around a scene. Its image is latitude-longitude as OpenEXR has it: the middle is +z, a quarter from the left is +x,
-/// the top is +y.
+/// Environment of a scene. The image is latitude-longitude as in OpenEXR: its middle is +z, a quarter from the left is +x, the
+/// top is +y.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Environment {
@@ -18,15 +18,15 @@ pub struct Environment {
     pub height: u32,
     /// Radius of that sphere (m).
     pub radius: f32,
-    /// How far the image is turned around +y, from +z towards +x (turns, in [0, 1)).
+    /// Rotation of the image around +y, from +z towards +x (turns, in [0, 1)).
     pub turn: f32,
-    /// Keeps rows at 16 bytes.
+    /// Keeps records at 16 bytes.
     pub padding: [u32; 2],
 }
 
 const _: () = assert!(size_of::<Environment>() == 48);
 
-/// A radiance of its image (W m^-2 sr^-1, before the factor).
+/// Radiance of a texel of the image (W m^-2 sr^-1, before the factor).
 pub type EnvironmentTexel = Vec3;
-/// A sum of the pyramid that directions are sampled by.
+/// Sum of the hierarchical CDF that directions are sampled by.
 pub type EnvironmentSum = f32;

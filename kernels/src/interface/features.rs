@@ -1,10 +1,10 @@
-//! What a scene needs of the kernels: one bit set, a specialisation constant on the GPU, a value on the CPU.
+//! Features that a scene needs of the kernels: one bit set, a specialisation constant on the GPU, a value on the CPU.
 
 use core::ops::BitOr;
 
 use crate::interface::light::for_each_light;
 
-/// Bits of what the scene needs. Code behind a bit that is not set is dead.
+/// Bits of the features that the scene needs. Code behind a bit that is not set is dead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features(pub u32);
 
@@ -23,7 +23,7 @@ macro_rules! bits {
                 $(#[$doc])*
                 pub const $bit: Features = Features(1 << Bit::$bit as u32);
             )*
-            /// Everything.
+            /// All features.
             pub const ALL: Features = Features((1 << Bit::COUNT as u32) - 1);
             /// Bits and names, for printing.
             pub const NAMES: [(Features, &'static str); Bit::COUNT as usize] = [$((Self::$bit, $name)),*];
@@ -60,7 +60,7 @@ macro_rules! lights_and_others {
             NORMAL_MAPS "normal-maps";
             /// Some surface has holes: its alpha is cut off.
             CUT_OUTS "cut-outs";
-            /// Somebody asks where the light's energy goes.
+            /// The energy ledger is recorded.
             LEDGER "ledger";
             /// The eye or a light stands inside of a medium.
             STARTS_IN_MEDIUM "starts-in-medium";
@@ -70,11 +70,11 @@ macro_rules! lights_and_others {
             NESTED "nested";
             /// The surface of some medium is open.
             OPEN_SURFACES "open-surfaces";
-            /// Points are reused in the next frame: where mirrors and lenses image them is known.
+            /// Points are reused in the next frame, so their virtual images in mirrors and lenses are computed.
             HISTORY "history";
-            /// Path-traced light is bounded, smoothed or reused: what it is made of is kept.
+            /// Path-traced light is bounded, smoothed or reused, so its parts are stored.
             PARTS "parts";
-            /// Some surface blends: it is there for a share of rays.
+            /// Some surface blends: a share of rays meets it.
             BLENDS "blends";
             /// Some medium refracts colours differently.
             DISPERSION "dispersion";

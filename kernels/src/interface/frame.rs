@@ -1,4 +1,4 @@
-//! What every pass gets: the settings of the frame, and where a dispatch stands in its pass.
+//! Inputs of every pass: the settings of the frame, and the position of a dispatch in its pass.
 
 use crate::interface::caster::Casters;
 use crate::interface::choice::{PixelFilter, TextureFilter};
@@ -22,13 +22,13 @@ pub struct Camera {
     pub forward: Vec3,
 }
 
-/// The part of a film that an image shows; all of it, where images are not rendered tile by tile.
+/// Part of a film that an image shows; the whole film unless images are rendered tile by tile.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Window {
-    /// Column of the film that is the image's first.
+    /// Column of the film at the image's first column.
     pub first_column: u32,
-    /// Row of the film that is the image's first.
+    /// Row of the film at the image's first row.
     pub first_row: u32,
     /// Width of the film (px).
     pub film_width: u32,
@@ -37,41 +37,41 @@ pub struct Window {
 }
 
 impl Window {
-    /// All of a film.
+    /// A window of a whole film.
     pub fn all(film_width: u32, film_height: u32) -> Window {
         Window { film_width, film_height, ..Window::default() }
     }
 }
 
-/// Settings of a frame: a uniform buffer that is written once a frame.
+/// Settings of a frame, in a uniform buffer that the host writes once a frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct FrameParams {
-    /// The eye.
+    /// Camera.
     pub camera: Camera,
-    /// The eye of the frame before.
+    /// Camera of the previous frame.
     pub previous_camera: Camera,
     /// Image width (px).
     pub width: u32,
     /// Image height (px).
     pub height: u32,
-    /// What it shows of the film: cameras see the film, and random numbers are those of its pixels.
+    /// Part of the film that the image shows: cameras see the film, and random numbers are those of its pixels.
     pub window: Window,
     /// Seed of every random number of the run.
     pub seed: u32,
-    /// Index of the frame; another frame samples other random numbers.
+    /// Index of the frame; each frame samples other random numbers.
     pub frame: u32,
-    /// Light paths of the whole frame.
+    /// Number of light paths of the whole frame.
     pub light_path_count: u32,
-    /// Light paths whose photons the photon buffers hold: those of a batch, at most.
+    /// Maximum number of light paths of a batch, whose photons fit the photon buffers.
     pub light_path_batch: u32,
-    /// Validation paths: 0 of a history that has none, else the same in every frame that shoots.
+    /// Number of validation paths: 0 for a history without them, else equal in every frame that shoots.
     pub validation_path_count: u32,
-    /// Scattering vertices between eye and light, at most.
+    /// Maximum number of scattering vertices between eye and light.
     pub max_bounces: u32,
     /// Pixel filter and texture filter, a bit each ([`FrameParams::filters`]).
     pub filters: u32,
-    /// Reflection lobes of at most this roughness are specular.
+    /// Maximum roughness of a specular reflection lobe.
     pub specular_roughness: f32,
     /// Radius of a collection point relative to the disc of its pixel's footprint area.
     pub radius_px: f32,
@@ -79,41 +79,41 @@ pub struct FrameParams {
     pub pixel_spread: f32,
     /// Quantum of the accumulator (W sr^-1 in the unit of f phi), a power of two.
     pub quantum: f32,
-    /// Lights in the light table.
+    /// Number of lights in the light table.
     pub light_count: u32,
-    /// Photons that fit the photon buffers.
+    /// Number of photons that fit the photon buffers.
     pub photon_capacity: u32,
-    /// Cells of the photon grid's hash table minus one (a power of two minus one).
+    /// Number of cells of the photon grid's hash table minus one (a power of two minus one).
     pub cell_mask: u32,
     /// Linear exposure factor of `display`.
     pub exposure: f32,
-    /// Radiance that camera prefixes see where they leave the scene (W m^-2 sr^-1); it lights nothing.
+    /// Radiance that camera prefixes see where they leave the scene (W m^-2 sr^-1); it illuminates nothing.
     pub background: Vec3,
     /// Settings of the history.
     pub history: HistorySettings,
-    /// Which light is the light paths': `Caustics`.
+    /// Light that counts as a caustic: `Caustics`.
     pub caustics: u32,
-    /// How camera paths find lights: `LightSampler`.
+    /// Choice of lights at camera vertices: `LightSampler`.
     pub light_sampler: u32,
-    /// 1: something moved since the frame before, or there was none.
+    /// 1: something moved since the previous frame, or there was none.
     pub moved: u32,
-    /// Spheres around what casts caustics, where the emission aims at them.
+    /// Spheres around casters, for an emission into their cones.
     pub casters: Casters,
-    /// Where the numbers of camera paths stand in their sequences.
+    /// Positions of the random numbers of camera paths in their sequences.
     pub sequence: Sequence,
 }
 
-/// Where a dispatch stands in its pass: the push constants of every pass.
+/// Position of a dispatch in its pass: the push constants of every pass.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Dispatch {
-    /// The first light path of a batch.
+    /// First light path of the batch.
     pub first: u32,
-    /// Invocations.
+    /// Number of invocations.
     pub count: u32,
-    /// The stage of an index, the level of a filter or of a pyramid, the variant of a splat.
+    /// Stage of an index, level of a filter or of a pyramid, or variant of a splat.
     pub level: u32,
-    /// 1: at most as many invocations as photons are stored, which only the device knows.
+    /// 1: at most as many invocations as stored photons, a number that only the device knows.
     pub stored: u32,
 }
 
@@ -121,7 +121,7 @@ const _: () = assert!(size_of::<Camera>() == 48);
 const _: () = assert!(size_of::<FrameParams>() == 752);
 
 impl Dispatch {
-    /// Invocations there are.
+    /// Number of invocations that run.
     #[inline(always)]
     pub fn limit(&self, photon_state: &[u32], params: &FrameParams) -> u32 {
         if self.stored == 0 { self.count } else { self.count.min(params.photon_count(photon_state)) }
@@ -129,13 +129,13 @@ impl Dispatch {
 }
 
 impl FrameParams {
-    /// 0, which no compiler knows: of an array whose indices it knows a GPU's compiler makes registers.
+    /// 0, unknown to compilers: a GPU's compiler turns an array with known indices into registers.
     #[inline(always)]
     pub fn zero(&self) -> u32 {
         self.width >> 31
     }
 
-    /// Pixels of the image.
+    /// Number of pixels of the image.
     pub fn pixel_count(&self) -> u32 {
         self.width * self.height
     }
@@ -147,20 +147,20 @@ impl FrameParams {
         (first_column + pixel % self.width, first_row + pixel / self.width)
     }
 
-    /// The pixel of the film that a pixel is.
+    /// Index on the film of a pixel of the image.
     #[inline(always)]
     pub fn film_pixel(&self, pixel: u32) -> u32 {
         let (column, row) = self.on_film(pixel);
         row * self.window.film_width + column
     }
 
-    /// Photons there are: those stored, as far as they fit.
+    /// Number of photons that are stored and fit the buffers.
     #[inline(always)]
     pub fn photon_count(&self, photon_state: &[u32]) -> u32 {
         photon_state[PhotonState::Stored as usize].min(self.photon_capacity)
     }
 
-    /// Sums over the pixels so many to each side of a pixel, as far as there are.
+    /// Sum over the pixels up to `side` columns and rows from a pixel, within the image.
     #[inline(always)]
     pub fn sum_around(&self, pixel: u32, side: u32, value: impl Fn(u32) -> Vec2) -> Vec2 {
         let (column, row) = (pixel % self.width, pixel / self.width);
@@ -177,19 +177,19 @@ impl FrameParams {
         sum
     }
 
-    /// Word of `filters` that has both filters.
+    /// Word of `filters` for both filters.
     #[inline]
     pub fn filters(pixel: PixelFilter, texture: TextureFilter) -> u32 {
         pixel as u32 | (texture as u32) << 1
     }
 
-    /// Whether camera rays are uniform over a pixel, else they pass through its centre.
+    /// Whether camera rays are uniform over a pixel; else they pass through its centre.
     #[inline]
     pub fn has_box_filter(&self) -> bool {
         self.filters & Self::filters(PixelFilter::Box, TextureFilter::Cone) != 0
     }
 
-    /// Whether camera prefixes see the finest level of textures, else that of their ray cone.
+    /// Whether camera prefixes see the finest level of textures; else they see the level of their ray cone.
     #[inline]
     pub fn sees_finest_textures(&self) -> bool {
         self.filters & Self::filters(PixelFilter::Centre, TextureFilter::Finest) != 0
@@ -205,7 +205,7 @@ impl FrameParams {
 /// Invocations of an entry point along x; further rows of them lie along y.
 pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
 
-/// One light path in so many is of the pilot of a frame, where it has one.
+/// Number of light paths of a frame per path of its pilot.
 pub const PILOT: u32 = 8;
 
 #[cfg(test)]

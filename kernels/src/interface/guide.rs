@@ -1,28 +1,28 @@
-//! What guided emission learns, as it outlives a frame.
+//! State of guided emission, which outlives a frame.
 
 use bytemuck::{Pod, Zeroable};
 
-/// A map of starts: of the aims of a group of lights at one caster, or at everything else.
+/// A map of starts: the emission directions of a group of lights into the cone of one caster, or into all other directions.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct GuideMap {
-    /// Sum of the shares of the maps before it.
+    /// Sum of the shares of the maps before this one.
     pub below: f32,
-    /// Share of guided paths that are sampled from it.
+    /// Share of the guided paths that are sampled from this map.
     pub share: f32,
-    /// Unit of what is scored: the mean score of its starts, or what is far below any where nothing is known.
+    /// Unit of scores: the mean score of the map's starts, or a value far below any score while that is unknown.
     pub unit: f32,
-    /// Texels over the sum of its texels; 0: all are alike.
+    /// Number of texels over the sum of the texels; 0: all texels are alike.
     pub scale: f32,
 }
 
-/// What the starts of a texel gave, or those of some.
+/// Sum over the starts of a texel, or of several texels.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct GuideSum {
-    /// Sum of their scores.
+    /// Sum of scores.
     pub score: f32,
-    /// How many they are, those of earlier poses less.
+    /// Number of starts, those of earlier poses weighted less.
     pub starts: f32,
 }
 

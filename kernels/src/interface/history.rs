@@ -1,9 +1,10 @@
-//! What outlives a frame: collection points with the light they gathered, and photons to judge by whether it still holds.
+//! State that outlives a frame: collection points with the light that they gathered, and photons that show whether it still
+//! holds.
 
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::{Vec2, Vec3};
 
-/// A collection point of the frame before.
+/// A collection point of the previous frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct HistoryPoint {
@@ -17,7 +18,7 @@ pub struct HistoryPoint {
     pub to_viewer: u32,
     /// Index into the materials.
     pub material: u32,
-    /// Frames' worth of light that it holds; 0 marks "no point here".
+    /// Number of frames of light that it holds; 0 marks "no point here".
     pub samples: f32,
 }
 
@@ -27,9 +28,9 @@ pub struct HistoryPoint {
 pub struct Reprojected {
     /// Mean of the light gathered (W m^-2), or of the radiance (W m^-2 sr^-1) where the history does not demodulate.
     pub mean: Vec3,
-    /// Frames' worth that it counts; 0 where nothing is reused.
+    /// Number of frames that the light counts; 0: nothing is reused.
     pub samples: f32,
-    /// From the point to the mean position of that light (m).
+    /// Offset from the point to the mean position of that light (m).
     pub offset: Vec3,
     /// Radius of the point's disc by the settings, before it is widened (m).
     pub radius: f32,
@@ -39,44 +40,44 @@ pub struct Reprojected {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct HistorySettings {
-    /// Distance up to which the light of a point is reused, relative to its radius.
+    /// Maximum distance at which the light of a point is reused, in radii of that point.
     pub search_radius: f32,
     /// Maximum temporal lag of reused light (radii of a point seen directly).
     pub lag: f32,
-    /// Maximum frames' worth of light that is reused.
+    /// Maximum number of frames that reused light counts.
     pub max_samples: f32,
-    /// 1: light is kept without the point's reflectance, 0: as radiance.
+    /// 1: light is stored without the point's reflectance; 0: as radiance.
     pub demodulates: u32,
 }
 
-/// A photon of a validation path in the frame before.
+/// A photon of a validation path in the previous frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ValidationPhoton {
     /// Position (m).
     pub position: Vec3,
-    /// Flux per cosine that it had were it the only light path, summed over channels (W); 0 marks "no photon here".
+    /// Flux per cosine if this were the only light path, summed over channels (W); 0 marks "no photon here".
     pub flux: f32,
-    /// Index into the instances of what it lies on.
+    /// Index of the instance that it lies on.
     pub instance: u32,
 }
 
-/// Light that reaches a collection point along camera paths, over what the point reflects head on (W m^-2).
+/// Light that camera paths bring to a collection point, over the reflectance of the point head on (W m^-2).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct PathHistoryLight {
-    /// Mean of what comes straight from lights.
+    /// Mean of the light that comes straight from lights.
     pub direct: Vec3,
-    /// Frames' worth that it holds, or counts where it is reused; 0: there is none.
+    /// Number of frames of direct light that it holds, or that reused light counts; 0: there is none.
     pub direct_samples: f32,
-    /// Mean of what comes from surfaces.
+    /// Mean of the light that comes from surfaces.
     pub indirect: Vec3,
-    /// The same of that.
+    /// Number of frames of indirect light, likewise.
     pub indirect_samples: f32,
 }
 
 impl PathHistoryLight {
-    /// Whether there is any.
+    /// Whether there is any light.
     #[inline(always)]
     pub fn exists(&self) -> bool {
         self.direct_samples + self.indirect_samples > 0.0
@@ -87,37 +88,37 @@ impl PathHistoryLight {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ReprojectedPathLight {
-    /// The light; none where it counts no frames.
+    /// The light; there is none if it counts no frames.
     pub light: PathHistoryLight,
-    /// From the point to the mean position of that light (m).
+    /// Offset from the point to the mean position of that light (m).
     pub offset: Vec3,
-    /// Mean square of what a frame finds, direct and indirect light and all channels together.
+    /// Mean square of the light of a frame: direct and indirect light and all channels, summed.
     pub square: f32,
 }
 
-/// A path of the frame before, traced again.
+/// A path of the previous frame, traced again.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Retraced {
-    /// Light that it found in the frame before, all channels of `PathHistoryLight` together, direct and indirect (W m^-2).
+    /// Light found in the previous frame (W m^-2): direct and indirect, each summed over the channels of `PathHistoryLight`.
     pub before: Vec2,
-    /// Light that it finds now (W m^-2).
+    /// Light found now (W m^-2), likewise.
     pub now: Vec2,
 }
 
-/// Light paths of a frame for each validation path.
+/// Number of light paths of a frame for each validation path.
 pub const PATHS_PER_VALIDATION: u32 = 8;
-/// Photons that a validation path remembers.
+/// Number of photons that a validation path stores.
 pub const VALIDATION_PHOTONS: u32 = 4;
-/// Frames for which a validation path keeps its random numbers.
+/// Number of frames for which a validation path keeps its random numbers.
 pub const VALIDATION_PERIOD: u32 = 8;
-/// Cells of the hash table of validation (`history::cells`).
+/// Number of cells of the hash table of validation (`history::cells`).
 pub const VALIDATION_CELLS: u32 = 1 << 18;
 
-/// Validation paths of a small frame, if it has as many light paths.
+/// Minimum number of validation paths, if the frame has as many light paths.
 const MIN_VALIDATIONS: u32 = 4096;
 
-/// Validation paths of frames with this many light paths.
+/// Number of validation paths in frames with a number of light paths.
 #[inline]
 pub fn validation_paths(light_path_count: u32) -> u32 {
     light_path_count.div_ceil(PATHS_PER_VALIDATION).max(light_path_count.min(MIN_VALIDATIONS))

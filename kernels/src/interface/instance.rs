@@ -1,4 +1,4 @@
-//! Instances: where meshes stand that move or are stored once for many nodes, and where they stood in the frame before.
+//! Instances: transforms of meshes that move or are stored once for many nodes, now and in the previous frame.
 
 use bytemuck::{Pod, Zeroable};
 use caustics_kernel_macros::shared;
@@ -8,44 +8,44 @@ use spirv_std::glam::Vec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Transform {
-    /// What becomes of the x axis.
+    /// Transformed x axis.
     pub x: Vec3,
-    /// Of the y axis.
+    /// Transformed y axis.
     pub y: Vec3,
-    /// Of the z axis.
+    /// Transformed z axis.
     pub z: Vec3,
-    /// Of the origin (m).
+    /// Transformed origin (m).
     pub offset: Vec3,
 }
 
-/// An instance of a mesh; its rows of triangles are in its own space, and may serve other instances too. The first instance is the
-/// world, where rows are what they say.
+/// An instance of a mesh. The records of its triangles are in the mesh's own space, and may serve other instances too. The first
+/// instance is the world, whose records are in world space.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Instance {
-    /// From the world, now, to the mesh's own space.
+    /// Map from the world, now, to the mesh's own space.
     pub to_object: Transform,
-    /// Back.
+    /// Map from the mesh's own space to the world, now.
     pub to_world: Transform,
-    /// From the world, now, to where the same point of the mesh was in the frame before.
+    /// Map from a point of the mesh in the world, now, to its position in the previous frame.
     pub to_previous: Transform,
     /// Root of the mesh's BVH in the nodes.
     pub root: u32,
     /// Id of the mesh's first triangle.
     pub first: u32,
-    /// Its own index if it moves; 0, the world's, if it does not.
+    /// Own index if it moves, else 0, the index of the world.
     pub moving: u32,
-    /// 1, or -1 where it is mirrored: corners then run clockwise seen from the front.
+    /// 1, or -1 if it is mirrored: corners then run clockwise seen from the front.
     pub orientation: f32,
 }
 
 const _: () = assert!(size_of::<Instance>() == 160);
 
 impl Transform {
-    /// Leaves all as it is.
+    /// The identity.
     pub const IDENTITY: Transform = Transform { x: Vec3::X, y: Vec3::Y, z: Vec3::Z, offset: Vec3::ZERO };
 
-    /// Where what deforms was in the frame before: no map of all of it says so, and nothing is found that far away.
+    /// Marks a mesh that deforms: no affine map gives its previous positions. Nothing is found that far away.
     pub const NOWHERE: Transform = Transform { offset: Vec3::splat(1.0e9), ..Transform::IDENTITY };
 
     /// Whether it is [`Transform::NOWHERE`].
@@ -54,19 +54,19 @@ impl Transform {
         self.offset.x == Transform::NOWHERE.offset.x
     }
 
-    /// A direction, its length changed too.
+    /// Transforms a direction; its length may change.
     #[shared]
     pub fn vector(self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 
-    /// A normal, its length changed too, of what the inverse of this map places.
+    /// Transforms a normal of a mesh that the inverse of this map places; its length may change.
     #[shared]
     pub fn normal(self, n: Vec3) -> Vec3 {
         Vec3::new(self.x.dot(n), self.y.dot(n), self.z.dot(n))
     }
 
-    /// A position (m).
+    /// Transforms a position (m).
     #[shared]
     pub fn point(self, p: Vec3) -> Vec3 {
         self.vector(p) + self.offset

@@ -25,12 +25,12 @@ pub struct Material {
     pub specular: f32,
     /// Bits `FLAG_*`.
     pub flags: u32,
-    /// Where media overlap, that of the highest priority is there. The loader makes the file's numbers a strict order.
+    /// Priority of the medium: the highest one wins where media overlap. The loader makes the file's numbers a strict order.
     pub priority: i32,
-    /// 20 over the Abbe number (KHR_materials_dispersion): how much `ior` differs by channel.
+    /// 20 over the Abbe number (KHR_materials_dispersion): the difference of `ior` between channels.
     pub dispersion: f32,
-    /// Index of the material that this is a record of: its own, or that of the first record where solids of one material have
-    /// several priorities.
+    /// Index of the material of this record: its own index, or that of the first record if solids of one material have several
+    /// priorities.
     pub medium: u32,
 }
 
@@ -48,13 +48,13 @@ impl Material {
     }
 }
 
-/// Emission leaves both faces.
+/// Both faces emit.
 pub const FLAG_EMIT_BOTH_SIDES: u32 = 1;
 /// Transmission without a volume: an infinitely thin wall that does not refract light.
 pub const FLAG_THIN: u32 = 2;
-/// A medium whose surface is open, or inside out: it bounds no solid, and its faces alone say where the medium is.
+/// A medium whose surface is open or inside out: it bounds no solid, and its faces alone define where the medium is.
 pub const FLAG_OPEN_SURFACE: u32 = 4;
-/// An open surface that closes off no inside, as paths come round its border: its medium fills only what lies between its inner
+/// An open surface that encloses no inside, as paths come round its border. Its medium fills only the space between its inner
 /// side and the next face.
 pub const FLAG_HANGING: u32 = 8;
 /// A texture scales the base colour.
@@ -65,9 +65,9 @@ pub const FLAG_ROUGHNESS_TEXTURE: u32 = 1 << 17;
 pub const FLAG_EMISSIVE_TEXTURE: u32 = 1 << 18;
 /// A texture turns the shading normal.
 pub const FLAG_NORMAL_MAP: u32 = 1 << 19;
-/// Where alpha is below the cut-off, nothing is.
+/// The surface is absent where alpha is below the cut-off.
 pub const FLAG_CUT_OUT: u32 = 1 << 20;
-/// Alpha is the share of rays for which the surface is there.
+/// Alpha is the share of rays that meet the surface.
 pub const FLAG_BLEND: u32 = 1 << 21;
 /// Some texture changes how the surface scatters from point to point.
 pub const FLAGS_SCATTER_TEXTURE: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTURE | FLAG_NORMAL_MAP;

@@ -1,20 +1,20 @@
-//! What is known by a name: choices and variants, in options, files of sweeps, JSON.
+//! Values known by a name: choices and variants, in options, files of sweeps, and JSON.
 
-/// One of several that are listed, each with a name.
+/// A value of a list, in which each value has a name.
 pub trait Named: Copy + Send + Sync + 'static {
-    /// Every one.
+    /// All values.
     fn all() -> Vec<Self>;
 
-    /// Its name on the command line.
+    /// Name on the command line.
     fn name(self) -> &'static str;
 
-    /// What it is, in one line.
+    /// Description, in one line.
     fn description(self) -> &'static str;
 
-    /// The one of this name.
+    /// Finds the value of a name.
     ///
     /// # Errors
-    /// The names there are, if it is none of them.
+    /// Fails with a list of the known names.
     fn find(name: &str) -> Result<Self, String> {
         let all = Self::all();
         all.iter().copied().find(|one| one.name() == name).ok_or_else(|| {
@@ -24,7 +24,7 @@ pub trait Named: Copy + Send + Sync + 'static {
     }
 }
 
-/// A kind of variant whose list `ALL` has references to its variants.
+/// Implements `Named` for references to the variants of a kind.
 macro_rules! listed {
     ($kind:ident in $all:expr) => {
         impl $crate::interface::named::Named for &'static $kind {

@@ -1,10 +1,10 @@
-//! Numbers in few bits, by integer arithmetic alone: every runner rounds alike. Materials of textured surfaces are
-//! rounded to what a collection point can store, so that camera paths and light paths see one material.
+//! Numbers in few bits, by integer arithmetic alone, so that every runner rounds alike. Materials of textured surfaces are
+//! rounded to the precision of a collection point, so that camera paths and light paths see one material.
 
 use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec2;
 
-/// A value in [0, 1] as a half float, to the nearest, without its sign.
+/// Converts a value in [0, 1] to the nearest half float, without its sign.
 #[shared]
 pub fn to_half(value: f32) -> u32 {
     if value < 1.0 / 16_384.0 {
@@ -16,7 +16,7 @@ pub fn to_half(value: f32) -> u32 {
     (rounded >> 13) - (112 << 10)
 }
 
-/// The value of a half float without a sign.
+/// Converts a half float without a sign to its value.
 #[shared]
 pub fn from_half(half: u32) -> f32 {
     if half < 1 << 10 {
@@ -25,30 +25,30 @@ pub fn from_half(half: u32) -> f32 {
     f32::from_bits((half << 13) + (112 << 23))
 }
 
-/// A value in [0, 1] as a share of 255, to the nearest.
+/// Converts a value in [0, 1] to the nearest share of 255.
 #[inline]
 pub fn to_byte(value: f32) -> u32 {
     (value * 255.0 + 0.5) as u32
 }
 
-/// The value of a share of 255.
+/// Converts a share of 255 to its value.
 #[inline]
 pub fn from_byte(byte: u32) -> f32 {
     byte as f32 * (1.0 / 255.0)
 }
 
-/// Two values in [-1, 1] as shares of 32767, to the nearest.
+/// Converts two values in [-1, 1] to the nearest shares of 32767.
 #[inline]
 pub fn to_signed_shares(values: Vec2) -> u32 {
     let share = |value: f32| {
-        // Truncation rounds to the nearest: it is towards zero.
+        // Truncation is towards zero, so half a step rounds to the nearest.
         let steps = value * 32_767.0;
         (steps + if steps < 0.0 { -0.5 } else { 0.5 }) as i32 as u32 & 0xffff
     };
     share(values.x) | share(values.y) << 16
 }
 
-/// The values of two signed shares of 32767.
+/// Converts two signed shares of 32767 to their values.
 #[inline]
 pub fn from_signed_shares(word: u32) -> Vec2 {
     // A shift to the right repeats the sign.
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn signed_shares_come_back_and_are_the_nearest() {
+    fn signed_shares_round_trip_and_are_the_nearest() {
         assert_eq!(to_signed_shares(Vec2::ZERO), 0);
         for step in -32_767..=32_767 {
             let value = step as f32 / 32_767.0;
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn halves_come_back_and_are_the_nearest() {
+    fn halves_round_trip_and_are_the_nearest() {
         for half in 0..=0x3c00 {
             assert_eq!(to_half(from_half(half)), half);
         }
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_come_back() {
+    fn bytes_round_trip() {
         for byte in 0..=255 {
             assert_eq!(to_byte(from_byte(byte)), byte);
         }

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
-/// Where a collection point is: all that a gather reads of points it does not take.
+/// Geometry of a collection point: all that a gather reads of points that it does not take.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct PointGeometry {
@@ -25,7 +25,7 @@ impl PointGeometry {
     }
 }
 
-/// What light at a collection point is multiplied with.
+/// Shading of a collection point: turns light at the point into radiance at the eye.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct PointShading {
@@ -37,16 +37,16 @@ pub struct PointShading {
     pub shading_normal: Vec3,
     /// Base colour of a textured material, red and green as half floats.
     pub red_green: u32,
-    /// Camera throughput, divided by the probabilities of its choices.
+    /// Throughput of the camera prefix, divided by the probabilities of its choices.
     pub throughput: Vec3,
-    /// The same: blue as a half float, roughness and metallic as shares of 255.
+    /// Blue of that base colour as a half float; roughness and metallic as shares of 255.
     pub blue_roughness_metallic: u32,
     /// Index of refraction on the viewer's side over index behind.
     pub eta: f32,
     /// Index into the instances; 0 is the world, which does not move.
     pub instance: u32,
-    /// Distance at which the eye sees the point (m) (`math::pencil::VirtualImage`): the camera path's length, unless it is distorted
-    /// and there is a history.
+    /// Distance of the point's image from the eye (m), see `math::pencil::VirtualImage`. It is the length of the camera path,
+    /// unless the image is distorted and there is a history.
     pub distance: f32,
     /// Astigmatism of that image, as two signed shares of 32767.
     pub astigmatism: u32,
@@ -56,20 +56,20 @@ pub struct PointShading {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct PointDirect {
-    /// Radiance at the eye of what the point's non-specular class reflects of light that comes straight from lights
-    /// (W m^-2 sr^-1).
+    /// Radiance at the eye of light that comes straight from lights and that the point's non-specular class reflects (W m^-2
+    /// sr^-1).
     pub radiance: Vec3,
     /// Probability of that class; the throughput of the camera suffix holds its inverse.
     pub class_probability: f32,
 }
 
-/// Where a photon lies: all that a gather reads of photons it does not take.
+/// Geometry of a photon: all that a gather reads of photons that it does not take.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct PhotonGeometry {
     /// Position (m).
     pub position: Vec3,
-    /// Scatterings between the light and this hit.
+    /// Number of scatterings between the light and this hit.
     pub scatterings: u32,
     /// Unit normal of the face, on the side of arrival.
     pub normal: Vec3,
@@ -83,21 +83,21 @@ pub struct PhotonGeometry {
 pub struct PhotonLight {
     /// Unit direction back along the light path.
     pub to_light: Vec3,
-    /// Texel that the path's start is of, if `score` is above 0.
+    /// Texel of the path's start, if `score` is above 0.
     pub texel: u32,
     /// Flux per cosine at the face (W).
     pub flux: Vec3,
-    /// What squares of relative light are multiplied with to be scores of that texel; 0: nobody learns from it.
+    /// Factor from squares of relative light to scores of that texel; 0: the emission does not learn.
     pub score: f32,
 }
 
-/// What an index is over.
+/// Elements of an index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Side {
-    /// Over collection points: photons look for points.
+    /// Collection points: photons look for points.
     Points,
-    /// Over photons: points look for photons.
+    /// Photons: points look for photons.
     Photons,
 }
 

@@ -1,4 +1,4 @@
-//! Rays and what they hit.
+//! Rays and their hits.
 
 use crate::interface::NONE;
 use bytemuck::{Pod, Zeroable};
@@ -10,11 +10,11 @@ use spirv_std::glam::Vec3;
 pub struct Ray {
     /// Start (m).
     pub origin: Vec3,
-    /// Hits at this distance or beyond do not count (m).
+    /// Maximum distance (m); hits at it or beyond do not count.
     pub length: f32,
     /// Unit direction.
     pub direction: Vec3,
-    /// Which blended surfaces are there for it (`texture/cut_out.rs`).
+    /// Key of the blended surfaces that the ray meets (`texture/cut_out.rs`).
     pub key: u32,
 }
 
@@ -41,7 +41,7 @@ pub struct Hit {
     pub u: f32,
     /// Barycentric weight of the triangle's corner c.
     pub v: f32,
-    /// Index of the instance that the triangle was met in; 0 is the world.
+    /// Index of the instance of the triangle; 0 is the world.
     pub instance: u32,
 }
 

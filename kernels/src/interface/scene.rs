@@ -14,37 +14,37 @@ pub struct SceneTables<'a> {
     pub triangles: &'a [Triangle],
     /// Normals and ids.
     pub surfaces: &'a [TriangleSurface],
-    /// The world, and meshes with rows in spaces of their own.
+    /// Instances: the world, and meshes with records in spaces of their own.
     pub instances: &'a [Instance],
     /// Materials.
     pub materials: &'a [Material],
     /// Lights.
     pub lights: &'a [Light],
-    /// The environment: one row, or none, as in the two tables behind it.
+    /// Environment: one record or none; without one, the next two tables are empty.
     pub environment: &'a [Environment],
-    /// Its image, from the top.
+    /// Image of the environment, from the top.
     pub environment_texels: &'a [EnvironmentTexel],
-    /// Hierarchical CDF of its brightness over directions.
+    /// Hierarchical CDF of the environment's brightness over directions.
     pub environment_cdf: &'a [EnvironmentSum],
     /// Textures.
     pub textures: TextureTables<'a>,
 }
 
-/// The tables of textures; all are empty where no material is textured or cut out.
+/// The tables of textures; all are empty if no material is textured or cut out.
 #[derive(Clone, Copy)]
 pub struct TextureTables<'a> {
     /// Textures.
     pub textures: &'a [Texture],
-    /// Which of them a material has, a row a material.
+    /// Textures of each material.
     pub material_textures: &'a [MaterialTextures],
-    /// Where triangles lie on them, a row a triangle.
+    /// Texture coordinates of each triangle.
     pub texture_coordinates: &'a [TextureCoordinates],
     /// Texels of the first chunk.
     pub texels_0: &'a [u32],
-    /// Of the second.
+    /// Texels of the second chunk.
     pub texels_1: &'a [u32],
-    /// Of the third.
+    /// Texels of the third chunk.
     pub texels_2: &'a [u32],
-    /// Of the fourth.
+    /// Texels of the fourth chunk.
     pub texels_3: &'a [u32],
 }

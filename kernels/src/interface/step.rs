@@ -18,7 +18,7 @@ pub struct SampleStep {
     pub facet: Vec3,
     /// Barycentric weights of a point on a triangle.
     pub triangle: [f32; 2],
-    /// Keeps rows at 4 bytes alike on both sides.
+    /// Keeps records at 4 bytes alike on both sides.
     pub padding: u32,
 }
 
@@ -32,19 +32,19 @@ pub struct ScatterIn {
     pub hit: Hit,
     /// Random numbers of the choice.
     pub uniform: [f32; 4],
-    /// Direction to evaluate towards.
+    /// Direction in which the step evaluates f.
     pub towards: Vec3,
     /// Material that the ray travels in, or `NONE`.
     pub inside: u32,
 }
 
-/// How it scattered.
+/// Result of a scattering.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ScatterOut {
     /// Leaving ray.
     pub ray: Ray,
-    /// f |cos| / pdf, of the channel sampled where colours part.
+    /// f |cos| / pdf, of the sampled channel in case of dispersion.
     pub weight: Vec3,
     /// pdf_solid_angle, 0 for a delta lobe.
     pub pdf: f32,
@@ -58,11 +58,11 @@ pub struct ScatterOut {
     pub non_specular: Vec3,
     /// Probability of the non-specular class.
     pub class_probability: f32,
-    /// Keeps rows at 4 bytes alike on both sides.
+    /// Keeps records at 4 bytes alike on both sides.
     pub padding: u32,
 }
 
-/// A start of a light path and a light sample for its origin's neighbourhood.
+/// A start of a light path, and a light sample at the scene's origin.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct EmitStep {
@@ -74,6 +74,6 @@ pub struct EmitStep {
     pub to_light: Vec3,
     /// Radiance over pdf of that light sample (W m^-2 sr^-1 sr).
     pub radiance_over_pdf: Vec3,
-    /// Its pdf_solid_angle.
+    /// pdf_solid_angle of that light sample.
     pub pdf: f32,
 }

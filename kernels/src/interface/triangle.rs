@@ -1,5 +1,5 @@
-//! Geometry tables, one entry a triangle, in the order of the software BVH's leaves: those of the world first, then those of
-//! every mesh that is an instance, in its own space.
+//! Geometry tables, one record a triangle, in the order of the software BVH's leaves. The triangles of the world come first, then
+//! those of every mesh that is an instance, in its own space.
 
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
@@ -16,11 +16,11 @@ pub struct Triangle {
     pub c: Vec3,
 }
 
-/// What a triangle has beside its corners.
+/// Surface of a triangle: vertex normals, material and light.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TriangleSurface {
-    /// Unit vertex normal at `a`; zero, as the others, where the face's own normal serves.
+    /// Unit vertex normal at `a`. All three are zero where the face's own normal serves.
     pub normal_a: Vec3,
     /// Unit vertex normal at `b`.
     pub normal_b: Vec3,

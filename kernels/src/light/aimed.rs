@@ -1,12 +1,14 @@
-//! Aimed emission: lights and positions on them by power, as `ByPower` does, and most directions into the cones in which the position
-//! sees the casters; of parallel light, most positions onto their shadows.
+//! Aimed emission: samples lights and positions on them by power, as `ByPower` does. It samples most directions in the cones in
+//! which the position sees the casters. For parallel light it samples most positions in the shadows of the casters.
 //!
-//! A path chooses a caster, or by the share `BY_POWER` none, and starts uniformly in the caster's cone, else by power. Casters are
-//! chosen by the root of the share of directions that they fill, halfway between evenly and by what they get of the light: evenly,
-//! small ones take most paths from a wide mirror.
-//! Its flux is divided by the density of the whole mixture, in which every cone counts that holds the direction: so no path is
-//! heavier than 1 / `BY_POWER` of its weight by power. A caster that holds the position, or fills more than a quarter of the
-//! directions from there, has no cone; paths that choose it start by power.
+//! A path chooses a caster and starts uniformly in its cone. With the probability `BY_POWER` it chooses none and starts by power.
+//! A caster is chosen by the square root of the share of directions that it fills. That is halfway between a uniform choice and
+//! one by the light that a caster gets. A uniform choice would give small casters most paths of a wide mirror. The flux of a path
+//! is divided by the density of the whole mixture, summed over all cones that hold the direction. No path is therefore heavier
+//! than 1 / `BY_POWER` times its weight by power.
+//!
+//! Cost: up to 16 cones a path. Limitations: a caster that holds the position, or fills more than a quarter of the directions
+//! from there, has no cone. Paths that choose it start by power.
 
 use crate::light::choose;
 use crate::light::emission_cone::EmissionCone;
@@ -16,22 +18,22 @@ use crate::light::power::ByPower;
 use crate::math::rng::Rng;
 use spirv_std::glam::{Vec2, Vec3, Vec4};
 
-/// Share of paths that start by power whatever there is to aim at.
+/// Share of paths that start by power, whatever casters there are.
 pub const BY_POWER: f32 = 0.125;
 
-/// See the head of the file.
+/// Aimed emission: most paths start in the cone of a caster.
 #[derive(Clone, Copy)]
 pub struct Aimed<'a> {
-    /// The start before a direction is chosen.
+    /// Emission by power, which chooses lights and positions.
     pub power: ByPower<'a>,
 }
 
-/// A caster chosen by its cone.
+/// Choice of a caster by its cone.
 #[derive(Clone, Copy, Default)]
 pub struct CasterChoice {
-    /// The caster; their number if the path starts by power.
+    /// Index of the caster; the number of casters if the path starts by power.
     caster: u32,
-    /// Sum of the weights.
+    /// Sum of the weights of all cones.
     total: f32,
 }
 
@@ -43,7 +45,7 @@ fn choose_cone(count: u32, u: f32, cone: impl Fn(u32) -> EmissionCone) -> Caster
         total += cone(index).weight;
         index += 1;
     }
-    // What is left of the number is below 0 before the first caster: by power.
+    // Start by power where the number is below 0 before the first caster.
     let mut left = (u - BY_POWER) * (total / (1.0 - BY_POWER));
     let mut caster = count;
     index = 0;
@@ -57,7 +59,7 @@ fn choose_cone(count: u32, u: f32, cone: impl Fn(u32) -> EmissionCone) -> Caster
     CasterChoice { caster, total }
 }
 
-/// The mixture of which a start was sampled: the share of starts by power, and the density beside them.
+/// Mixture density of a start: the share of starts by power, and the density of the cones that hold its direction.
 #[inline(always)]
 fn mixture(
     count: u32,

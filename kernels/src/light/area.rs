@@ -1,5 +1,5 @@
-//! Area lights: triangles that emit, uniform over their area, by the cosine. Light samples of one that is near are uniform over
-//! the solid angle that it fills: over its area, the nearest of its points would be sampled too rarely for what they give.
+//! Area lights: triangles that emit uniformly over their area, by the cosine. Light samples of a near triangle are uniform over
+//! its solid angle [Arvo 1995]. Samples uniform over the area would find its nearest points too rarely for their contribution.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -18,9 +18,9 @@ use crate::texture::emission::emission_at;
 use caustics_kernel_macros::shared;
 use spirv_std::glam::{Vec2, Vec3, Vec4};
 
-/// A triangle is near where its middle is less than its longer edge at the first corner away, times the root of this.
+/// Largest squared distance of a near triangle's middle, over the square of its longer edge at the first corner.
 const NEAR: f32 = 4.0;
-/// Solid angles below this (sr) are those of what is seen edge-on; it gives next to nothing.
+/// Smallest solid angle that is sampled (sr). A smaller triangle is seen edge-on and gives little light.
 const MIN_SOLID_ANGLE: f32 = 1.0e-3;
 
 /// A point of a triangle.
@@ -37,7 +37,7 @@ impl TrianglePoint {
         TrianglePoint::new(face, warp::uniform_triangle(u, v))
     }
 
-    /// What is seen from a position in a direction that meets the triangle, less rounding.
+    /// Point of the triangle that a position sees in a direction; rounding is clamped to the triangle.
     #[shared]
     fn seen(face: Face, position: Vec3, direction: Vec3) -> TrianglePoint {
         let (edge_b, edge_c) = (face.b - face.a, face.c - face.a);
@@ -64,13 +64,13 @@ impl TrianglePoint {
     }
 }
 
-/// Its triangle in the world.
+/// Triangle of a light in the world.
 #[inline(always)]
 fn face(light: &Light, scene: SceneTables<'_>, features: Features) -> Face {
     Face::new(scene, features, light.instance, light.triangle)
 }
 
-/// A path from any side that emits.
+/// Samples the start of a light path from any side that emits (pbrt: `SampleLe`).
 #[inline(always)]
 pub fn sample_emission(
     light: &Light,
@@ -88,7 +88,7 @@ pub fn sample_emission(
     start(light, scene, features, &point, normal, ShadingFrame::new(normal).to_world(local), local.z)
 }
 
-/// A path from the side of a point that `normal` is on, in a direction whose cosine with that is `cos`.
+/// Start of a light path from the side of a point that `normal` is on. `cos` is the cosine of the direction with `normal`.
 #[inline(always)]
 fn start(
     light: &Light,
@@ -103,17 +103,17 @@ fn start(
     let share = emission_at(scene, features, light.triangle, weights.x, weights.y);
     let ray = Ray::endless(offset::leave(position, normal, normal, light.clearance), direction);
     let flux = light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice);
-    // Triangles are pieces of area lights: all of them light the points around, so that no choice counts.
+    // Leave the choice of the triangle out of the solid angle: all triangles of an area light illuminate the same points.
     EmissionSample::new(ray, flux, PI / cos.max(1.0e-3))
 }
 
-/// Where a path starts.
+/// Position on the light where a path starts (m).
 #[inline(always)]
 pub fn sample_position(light: &Light, scene: SceneTables<'_>, features: Features, u_position: Vec4) -> Vec3 {
     TrianglePoint::uniform(face(light, scene, features), u_position.z, u_position.w).position
 }
 
-/// A path in a direction, from the side that it leaves.
+/// Evaluates the start of a light path in a direction, from the side that it leaves.
 #[inline(always)]
 pub fn eval_emission(
     light: &Light,
@@ -132,7 +132,8 @@ pub fn eval_emission(
     EvaluatedEmission { sample, pdf: warp::cosine_hemisphere_pdf(cos) / light.sides as f32 }
 }
 
-/// Light sample on the side that is seen.
+/// Samples a point of the triangle for a position, on the side that it sees. Samples a near triangle by solid angle, others by
+/// area.
 #[inline(always)]
 pub fn sample_light(
     light: &Light,
@@ -148,7 +149,7 @@ pub fn sample_light(
     if near.solid_angle > 0.0 {
         to_light = near.sample(u, v);
         point = TrianglePoint::seen(face, position, to_light);
-        // Its density asks for no distance.
+        // The density by solid angle needs no distance.
         square = 1.0;
     } else {
         point = TrianglePoint::uniform(face, u, v);
@@ -171,8 +172,9 @@ pub fn sample_light(
     }
 }
 
-/// The triangle as it is seen from a position that it is near to; else its solid angle is 0. A function of both alone, so that a
-/// path which finds a light by scattering knows with what density its vertex would have sampled it.
+/// Spherical triangle that a near position sees; its solid angle is 0 where the triangle is not near. It depends on triangle and
+/// position alone. A path that finds the light by scattering can therefore compute the density of light sampling at its last
+/// vertex.
 #[shared]
 fn near(face: Face, position: Vec3) -> SphericalTriangle {
     let (a, b, c) = (face.a - position, face.b - position, face.c - position);
@@ -181,7 +183,7 @@ fn near(face: Face, position: Vec3) -> SphericalTriangle {
     let mut seen = SphericalTriangle::default();
     if three_middles < 9.0 * NEAR * edge {
         let whole = SphericalTriangle::new(a, b, c);
-        // It is no number where the position is a corner.
+        // The solid angle is NaN where the position is a corner.
         if whole.solid_angle > MIN_SOLID_ANGLE {
             seen = whole;
         }
@@ -189,8 +191,8 @@ fn near(face: Face, position: Vec3) -> SphericalTriangle {
     seen
 }
 
-/// Density (1/sr) with which light sampling from a position finds a point of a triangle light at this squared distance (m^2), the
-/// choice of the light included (pbrt: `PDF_Li`).
+/// Density (1/sr) of light sampling from a position, at a point of a triangle light at this squared distance (m^2). It includes
+/// the choice of the light (pbrt: `PDF_Li`).
 #[inline(always)]
 pub fn pdf_solid_angle(
     light: &Light,
@@ -203,7 +205,7 @@ pub fn pdf_solid_angle(
     density(light, near(face(light, scene, features), position).solid_angle, square, cos)
 }
 
-/// The same by the solid angle of a near one.
+/// Density (1/sr) of light sampling: by the solid angle of a near triangle, else by area.
 #[inline(always)]
 fn density(light: &Light, solid_angle: f32, square: f32, cos: f32) -> f32 {
     if solid_angle > 0.0 {

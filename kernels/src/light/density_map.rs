@@ -1,7 +1,7 @@
-//! Piecewise-constant 2D distribution (pbrt: `PiecewiseConstant2D`) of the environment and of guided emission: a pyramid of sums over
-//! texels of the unit square, which a sample descends by turning uniform numbers into shares of the sums [McCool and Harwood
-//! 1997, Probability trees]. It allots rays as the quadtree of counts of [Yang and Ouyang 2021] does, but to random numbers
-//! instead of ray indices.
+//! Piecewise-constant 2D distribution (pbrt: `PiecewiseConstant2D`) of the environment and of guided emission: a pyramid of sums
+//! over texels of the unit square. A sample descends the pyramid by turning uniform numbers into shares of the sums [McCool and
+//! Harwood 1997, Probability trees]. It distributes rays as the quadtree of counts of [Yang and Ouyang 2021] does, but over
+//! random numbers instead of ray indices.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -14,22 +14,22 @@ use spirv_std::glam::Vec2;
 pub struct Pyramid<const SIDE_LOG2: u32>;
 
 impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
-    /// Texels of a side.
+    /// Number of texels of a side.
     pub const SIDE: u32 = 1 << SIDE_LOG2;
-    /// Texels of a map.
+    /// Number of texels of a map.
     pub const TEXELS: u32 = Self::SIDE * Self::SIDE;
-    /// Sums of a map, all levels.
+    /// Number of sums of a map, over all levels.
     pub const NODES: u32 = (4 * Self::TEXELS - 1) / 3;
-    /// The level of one node.
+    /// Level of the root.
     pub const TOP: u32 = SIDE_LOG2;
 
-    /// First node of a level of one map.
+    /// Index of the first node of a level within a map.
     #[inline]
     pub fn first(level: u32) -> u32 {
         (4 * Self::TEXELS - ((4 * Self::TEXELS) >> (2 * level))) / 3
     }
 
-    /// Nodes of a level over so many maps.
+    /// Number of nodes of a level over `maps` maps.
     #[inline]
     pub fn count(level: u32, maps: u32) -> u32 {
         maps * (Self::TEXELS >> (2 * level))
@@ -58,7 +58,7 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
         pyramid[(map * Self::NODES + Self::first(SIDE_LOG2)) as usize]
     }
 
-    /// The texel of a point of the unit square, in its map.
+    /// Index of the texel of a point of the unit square, within its map.
     #[inline]
     pub fn texel_at(at: Vec2) -> u32 {
         let (x, y) = ((at.x * Self::SIDE as f32) as u32, (at.y * Self::SIDE as f32) as u32);
@@ -74,6 +74,7 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
         let (mut x, mut y) = (0, 0);
         let mut density = 1.0;
         if total > 0.0 {
+            // Descend from the root: choose a half of each node by its sum, first in v, then in u
             let mut level = SIDE_LOG2;
             while level > 0 {
                 level -= 1;
@@ -90,6 +91,7 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
             }
             density = pyramid[(base + y * Self::SIDE + x) as usize] * (Self::TEXELS as f32 / total);
         } else {
+            // Sample a map without sums uniformly
             let (column, row) = (u * Self::SIDE as f32, v * Self::SIDE as f32);
             (x, y) = ((column as u32).min(Self::SIDE - 1), (row as u32).min(Self::SIDE - 1));
             (u, v) = (column - x as f32, row - y as f32);
@@ -103,9 +105,9 @@ impl<const SIDE_LOG2: u32> Pyramid<SIDE_LOG2> {
 /// A node of a pyramid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Node {
-    /// Where it is among the sums of all maps.
+    /// Index of the node among the sums of all maps.
     pub slot: u32,
-    /// Where the four that it is the sum of are; nothing for a texel.
+    /// Indices of the four nodes that it sums; meaningless for a texel.
     pub below: [u32; 4],
 }
 
@@ -120,14 +122,15 @@ pub struct PyramidSample {
     pub texel: u32,
 }
 
-/// Which of two shares a uniform number falls into, and how far into it.
+/// Chooses the first (0) or the second (1) of two shares by a uniform number. Returns the choice, and the number rescaled within
+/// it.
 #[shared]
 fn split(u: f32, first: f32, second: f32) -> (u32, f32) {
     let along = u * (first + second);
     if along < first { (0, along / first) } else { (1, (along - first) / second) }
 }
 
-/// The point of the unit square of polar numbers: `to_polar` back.
+/// Point of the unit square with these polar numbers; the inverse of `to_polar`.
 #[shared]
 pub fn from_polar(polar: Vec2) -> Vec2 {
     let radius = polar.x.sqrt();
@@ -148,9 +151,9 @@ pub fn from_polar(polar: Vec2) -> Vec2 {
     Vec2::new(0.5 * a + 0.5, 0.5 * b + 0.5)
 }
 
-/// The polar numbers (share of the disc's area, share of a turn) of a point of the unit square, by the map of squares
-/// around the middle onto rings [Shirley and Chiu 1997]. It keeps areas: what is uniform stays so, and neighbours stay
-/// neighbours, across the disc's middle too.
+/// Polar numbers (share of the disc's area, share of a turn) of a point of the unit square. The map takes squares around the
+/// middle to rings [Shirley and Chiu 1997] and keeps areas: a uniform distribution stays uniform. Neighbours stay neighbours,
+/// across the disc's middle too.
 #[shared]
 pub fn to_polar(at: Vec2) -> Vec2 {
     let (a, b) = (2.0 * at.x - 1.0, 2.0 * at.y - 1.0);
@@ -202,14 +205,14 @@ mod tests {
     }
 
     #[test]
-    fn levels_follow_each_other() {
+    fn levels_of_a_pyramid_follow_each_other() {
         assert_eq!((Map::first(0), Map::first(1)), (0, Map::TEXELS));
         assert_eq!(Map::first(2), Map::TEXELS + Map::TEXELS / 4);
         assert_eq!(Map::first(Map::TOP) + 1, Map::NODES);
     }
 
     #[test]
-    fn places_follow_the_densities_and_average_to_one() {
+    fn samples_follow_the_densities_and_weigh_one_on_average() {
         // Left half thin, one dense block.
         let density = |x: u32, y: u32| {
             if x < SIDE / 2 {
@@ -251,7 +254,7 @@ mod tests {
 
     /// Rings of equal area hold equal shares of the square, and so do sectors; the middle is the pole.
     #[test]
-    fn polar_numbers_of_uniform_places_are_uniform() {
+    fn polar_numbers_of_uniform_points_are_uniform() {
         let n = 400;
         let mut bins = [[0u32; 8]; 5];
         for i in 0..n * n {

@@ -1,5 +1,5 @@
-//! Directional lights: parallel light from infinitely far away. Its paths start on a disc before the whole scene,
-//! which the host makes just as wide as the scene is seen from there.
+//! Directional lights: parallel light from infinitely far away. Its paths start on a disc before the whole scene. The host makes
+//! the disc as wide as the scene is seen from there.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -15,7 +15,7 @@ use crate::math::frame::ShadingFrame;
 use crate::math::trig::sin_cos_turns;
 use spirv_std::glam::{Vec3, Vec4};
 
-/// Where a path starts, uniform over the disc, and the disc's area (m^2).
+/// Samples the start of a path uniformly over the disc (m). Returns it, and the disc's area (m^2).
 #[inline(always)]
 pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
     let frame = ShadingFrame::new(light.direction);
@@ -30,7 +30,7 @@ fn area(light: &Light) -> f32 {
     PI * light.radius * light.radius
 }
 
-/// A path along the light's direction.
+/// Samples the start of a light path along the light's direction (pbrt: `SampleLe`).
 #[inline(always)]
 pub fn sample_emission(
     light: &Light,
@@ -49,7 +49,8 @@ fn start(light: &Light, origin: Vec3) -> EmissionSample {
     EmissionSample { area, ..sample }
 }
 
-/// A path from a position of the disc; beyond it the light meets nothing.
+/// Evaluates the start of a light path at an offset from the middle of the disc (m). Its density is 0 outside of the disc, where
+/// the light meets nothing.
 #[inline(always)]
 pub fn eval_emission(
     light: &Light,
@@ -63,7 +64,7 @@ pub fn eval_emission(
     EvaluatedEmission { sample: start(light, light.position + offset), pdf }
 }
 
-/// Light sample against the light's direction, without end.
+/// Samples the light: the direction against its own, at infinite distance.
 #[inline(always)]
 pub fn sample_light(
     light: &Light,

@@ -1,6 +1,6 @@
-//! Emission cones: the directions into which a position of a light sees a caster, or the positions across parallel
-//! light in its shadow. One geometry serves both: an *emission direction* is a unit direction, or for parallel light the offset from the middle of
-//! its disc (m), and a cone is all emission directions within a distance of its middle.
+//! Emission cones: the directions in which a position of a light sees a caster, or the positions across parallel light in the
+//! caster's shadow. One geometry serves both. An *emission direction* is a unit direction, or for parallel light the offset from
+//! the middle of its disc (m). A cone holds all emission directions within a distance of its middle.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -20,11 +20,12 @@ const MAX_RADIUS: f32 = 0.5;
 /// Emission directions towards one caster.
 #[derive(Clone, Copy)]
 pub struct EmissionCone {
-    /// Direction of its middle.
+    /// Emission direction of its middle.
     pub middle: Vec3,
-    /// Half of the squared distance from there to the rim, of directions 1 - cos of the angle; 0: closed, it holds no direction.
+    /// Half of the squared distance from the middle to the rim; for directions, 1 - cos of the angle. 0 for a closed cone, which
+    /// holds no direction.
     pub reach: f32,
-    /// The root of its share of all directions, or of the most that one can have.
+    /// Weight by which the caster is chosen: the root of its share of the directions, up to a factor, at most 1.
     pub weight: f32,
 }
 
@@ -32,7 +33,8 @@ impl EmissionCone {
     /// A closed cone, of no weight.
     pub const NONE: EmissionCone = EmissionCone { middle: Vec3::Z, reach: 0.0, weight: 0.0 };
 
-    /// A caster as a position of a light sees it: closed if it holds the position, or fills more than a quarter of all directions.
+    /// Emission cone of a caster, seen from a position of a light. It is closed if the caster holds the position, or fills more
+    /// than a quarter of all directions.
     #[inline(always)]
     pub fn at(caster: &Caster, light: &Light, from: Vec3) -> EmissionCone {
         if light.is_parallel() {
@@ -59,7 +61,7 @@ impl EmissionCone {
         let sin_squared = caster.radius * caster.radius / square;
         let mut cone =
             EmissionCone { weight: if caster.radius > 0.0 { 1.0 } else { 0.0 }, ..EmissionCone::NONE };
-        // sin^2 / (1 + cos): cosines near 1 would leave narrow cones few bits.
+        // Compute 1 - cos as sin^2 / (1 + cos): cosines near 1 would leave narrow cones few bits.
         if sin_squared < 1.0 {
             let versine = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
             if versine <= MAX_VERSINE {
@@ -99,13 +101,14 @@ impl EmissionCone {
         2.0 * PI * self.reach
     }
 
-    /// Around its middle, or across the light.
+    /// Frame around the middle, or across parallel light.
     #[inline(always)]
     fn frame(&self, light: &Light) -> ShadingFrame {
         ShadingFrame::steady(if light.is_parallel() { light.direction } else { self.middle })
     }
 
-    /// The direction of polar numbers: share of the size within its distance of the middle, share of a turn. It keeps areas.
+    /// Emission direction with these polar numbers: the share of the cone's size nearer to the middle, and the share of a turn.
+    /// The map keeps areas.
     #[inline(always)]
     pub fn direction(&self, light: &Light, polar: Vec2) -> Vec3 {
         let frame = self.frame(light);
@@ -116,7 +119,7 @@ impl EmissionCone {
         frame.to_world(warp::uniform_cone(self.reach, polar.x, polar.y))
     }
 
-    /// The polar numbers of a direction that it holds.
+    /// Polar numbers of an emission direction that the cone holds; the inverse of `direction`.
     #[inline(always)]
     pub fn polar(&self, light: &Light, direction: Vec3) -> Vec2 {
         let frame = self.frame(light);
@@ -133,7 +136,7 @@ mod tests {
 
     /// Cones of every width and direction, the sphere, shadows and a whole disc.
     #[test]
-    fn aims_come_back_to_their_polar_numbers() {
+    fn polar_inverts_direction_for_every_cone() {
         let around = Light::default();
         let parallel = Light {
             position: Vec3::new(1.0, 5.0, 2.0),
@@ -155,11 +158,11 @@ mod tests {
                     let direction = cone.direction(light, polar);
                     let back = cone.polar(light, direction);
                     assert!(cone.holds(direction) || polar.x > 0.9999);
-                    // An ulp of a direction beside the width of the cone.
+                    // An ulp of a direction, relative to the width of the cone.
                     let slack = 4e-7 / cone.reach.min(1.0).sqrt();
                     let turn = (back.y - polar.y).abs();
                     assert!((back.x - polar.x).abs() < 4.0 * slack, "{polar} {back} {}", cone.reach);
-                    // Near the middle a turn is worth little; so it is on the far side of the sphere.
+                    // A turn is worth little near the middle, and on the far side of the sphere.
                     let worth = (polar.x * (1.0 - 0.5 * polar.x * cone.reach)).max(0.0).sqrt();
                     assert!(turn.min(1.0 - turn) * worth < 2.0 * slack, "{polar} {back} {}", cone.reach);
                 }

@@ -1,4 +1,4 @@
-//! The trait of light tracing: how a light path leaves its light.
+//! Starts of light paths, and the trait of emissions that sample them.
 
 use crate::interface::ray::Ray;
 use crate::math::rng::Rng;
@@ -15,14 +15,14 @@ pub struct EmissionSample {
     pub solid_angle: f32,
     /// 1 / density of the position across parallel light (m^2); 0 for other light.
     pub area: f32,
-    /// Texel of the map that learns of this start; 0 without one.
+    /// Texel of the map that learns from this start; 0 without a map.
     pub texel: u32,
     /// See `PhotonLight::score`.
     pub score: f32,
 }
 
 impl EmissionSample {
-    /// Nothing starts.
+    /// No start: it carries no flux.
     pub const NONE: EmissionSample = EmissionSample {
         ray: Ray { origin: Vec3::ZERO, length: 0.0, direction: Vec3::ZERO, key: 0 },
         flux: Vec3::ZERO,
@@ -32,14 +32,14 @@ impl EmissionSample {
         score: 0.0,
     };
 
-    /// A start of light that goes apart, at no texel; 1 / density of its direction is `solid_angle`.
+    /// Start of light that is not parallel, without a texel. `solid_angle` is 1 / density of its direction.
     #[inline(always)]
     pub fn new(ray: Ray, flux: Vec3, solid_angle: f32) -> EmissionSample {
         EmissionSample { ray, flux, solid_angle, area: 0.0, texel: 0, score: 0.0 }
     }
 
-    /// The start as a mixture samples it: with this share of `density`, the density that it was made for, and beside that with
-    /// the density `aimed`. Where nothing leaves the light it carries nothing.
+    /// Start as a mixture samples it, with the density `share` * `density` + `aimed`. `density` is the density that the start was
+    /// made for. Where that is 0 the light emits nothing, and the start carries nothing.
     #[inline(always)]
     pub fn over(self, density: f32, share: f32, aimed: f32) -> EmissionSample {
         let ratio = if density > 0.0 { density / (share * density + aimed) } else { 0.0 };
@@ -57,14 +57,14 @@ impl EmissionSample {
 pub struct EvaluatedEmission {
     /// The start that `sample_emission` would make of that direction.
     pub sample: EmissionSample,
-    /// Density with which `sample_emission` takes it: of a direction (1/sr), or of a position across parallel light (1/m^2); 0 where nothing
-    /// leaves.
+    /// Density of `sample_emission` in this direction (1/sr), or at this position across parallel light (1/m^2); 0 where the
+    /// light emits nothing.
     pub pdf: f32,
 }
 
-/// Starts light paths.
+/// Emission: samples the starts of light paths.
 pub trait Emit {
-    /// A start by as many random numbers as it takes.
+    /// Samples a start; takes as many random numbers as it needs.
     fn sample(&self, rng: &mut Rng) -> EmissionSample;
 }
 

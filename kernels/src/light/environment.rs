@@ -1,8 +1,8 @@
-//! The environment: a directional light at random. A path samples the direction that its light comes from, by the brightness of the
-//! image; what is left is parallel light, so that it starts, is aimed and is guided as `directional` does.
+//! The environment: a directional light of random direction. A path samples the direction that its light comes from, by the
+//! brightness of the image. The result is parallel light, which starts, is aimed and is guided as `directional` is.
 //!
-//! Directions are sampled over the unit square, of which an area is a solid angle: the image's brightness over it is a pyramid,
-//! as the maps of guided emission have it. Radiance is looked up in the image itself, between texels.
+//! Directions are sampled over the unit square, whose areas are solid angles. The image's brightness over the square is a
+//! pyramid, as in the maps of guided emission. Radiance is looked up in the image itself, interpolated between texels.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -26,7 +26,8 @@ pub type EnvironmentPyramid = Pyramid<10>;
 /// Solid angle of all directions (sr).
 const EVERYWHERE: f32 = 4.0 * PI;
 
-/// The direction of a point of the unit square; areas of it are shares of all directions, and only straight down is torn.
+/// Direction of a point of the unit square. Areas of the square are shares of all directions. The map is continuous except
+/// straight down.
 #[inline(always)]
 pub fn direction_of(at: Vec2) -> Vec3 {
     let polar = to_polar(at);
@@ -34,28 +35,28 @@ pub fn direction_of(at: Vec2) -> Vec3 {
     Vec3::new(around_z.y, around_z.z, around_z.x)
 }
 
-/// The point of the unit square of a direction.
+/// Point of the unit square of a direction; the inverse of `direction_of`.
 #[inline(always)]
 pub fn to_unit_square(direction: Vec3) -> Vec2 {
-    // By the distance from +y, so that directions beside it keep their digits.
+    // Use the distance from +y, so that directions near it keep their digits.
     let share = 0.25 * (direction - Vec3::Y).length_squared();
     from_polar(Vec2::new(share.min(1.0), turns(direction.x, direction.z)))
 }
 
-/// Radiance that comes from a unit direction (W m^-2 sr^-1): between the four texels around, across the poles the row beside them
-/// goes on.
+/// Radiance from a unit direction (W m^-2 sr^-1), interpolated between the four texels around it. Beyond the poles the row next
+/// to them goes on.
 #[inline(always)]
 pub fn radiance_from(scene: SceneTables<'_>, direction: Vec3) -> Vec3 {
     let environment = scene.environment[0];
     let across = (direction.x * direction.x + direction.z * direction.z).sqrt();
-    // From the top of the image, and from its left.
+    // Find the position in the image, from its top and from its left.
     let down = 2.0 * turns(across, direction.y);
     let mut along = turns(direction.x, -direction.z) + environment.turn;
     along -= along.floor();
     texels_around(scene, &environment, along, down) * environment.scale
 }
 
-/// The mean of the four texels around a position of the image, by how near they are.
+/// Bilinear interpolation of the four texels around a position of the image.
 #[inline(always)]
 fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, down: f32) -> Vec3 {
     let Environment { width, height, .. } = *environment;
@@ -71,7 +72,7 @@ fn texels_around(scene: SceneTables<'_>, environment: &Environment, along: f32, 
     upper.lerp(texel(column, below).lerp(texel(next, below), right_share), low_share)
 }
 
-/// Density (1/sr) with which light sampling finds a unit direction, the choice of the light included (pbrt: `PDF_Li`).
+/// Density (1/sr) of light sampling in a unit direction. It includes the choice of the light (pbrt: `PDF_Li`).
 #[inline(always)]
 pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -> f32 {
     let cdf = scene.environment_cdf;
@@ -80,7 +81,8 @@ pub fn pdf_solid_angle(light: &Light, scene: SceneTables<'_>, direction: Vec3) -
     light.pdf_light_choice * density / EVERYWHERE
 }
 
-/// Samples a direction by the environment's distribution (pbrt: `PiecewiseConstant2D::Sample`), and returns the directional light there.
+/// Samples a direction by the environment's distribution (pbrt: `PiecewiseConstant2D::Sample`). Returns the directional light
+/// there.
 #[inline(always)]
 pub fn sample_environment(light: &Light, scene: SceneTables<'_>, u: f32, v: f32) -> Light {
     let environment = scene.environment[0];
@@ -96,7 +98,8 @@ pub fn sample_environment(light: &Light, scene: SceneTables<'_>, u: f32, v: f32)
     }
 }
 
-/// A path from a direction by the numbers of the position, along which it starts by those of the direction.
+/// Samples the start of a light path (pbrt: `SampleLe`): its direction by the numbers of the position, its position by those of
+/// the direction.
 #[inline(always)]
 pub fn sample_emission(
     light: &Light,
@@ -109,13 +112,14 @@ pub fn sample_emission(
     directional::sample_emission(&light, scene, features, u_across(u_position, direction), direction)
 }
 
-/// The numbers of a position across the parallel light, where those that it had sampled its direction: a path needs no other direction.
+/// Numbers of a position across the parallel light. The numbers of the position have sampled its direction, so those of the
+/// direction are free.
 #[inline(always)]
 pub fn u_across(u_position: Vec4, direction: Vec4) -> Vec4 {
     Vec4::new(u_position.x, u_position.y, direction.x, direction.y)
 }
 
-/// A path from a direction by the numbers of the position, from an offset across it.
+/// Evaluates the start of a light path at an offset across the direction that the numbers of the position sample (m).
 #[inline(always)]
 pub fn eval_emission(
     light: &Light,
@@ -133,7 +137,7 @@ pub fn eval_emission(
     )
 }
 
-/// Light sample in a direction, without end.
+/// Samples a direction of the environment, at infinite distance.
 #[inline(always)]
 pub fn sample_light(
     light: &Light,

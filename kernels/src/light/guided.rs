@@ -1,14 +1,16 @@
-//! Guided emission: paths start as aimed ones do, towards casters, but in the parts of their cones that were seen to give the
-//! image something, and from the lights that did.
+//! Guided emission: paths start towards casters, as aimed ones do. They start from the lights and in the parts of the cones that
+//! contributed to earlier images.
 //!
-//! Lights that follow each other form a group. A group has a map over the cone of each caster as its positions see it, and one,
-//! the last, over all directions, for what casts beside the cones; a caster without a cone from a position leaves its share to that one.
-//! A map is in the coordinates of its cone, so that it holds while lamp and caster move and has no parallax. Its texels are
-//! sampled by the root of the second moment of what their starts gave, which is what makes the variance least [Rath et al. 2020,
-//! Variance-aware path guiding]; maps by the means of their roots.
+//! Consecutive lights form a group. A group has a map over the cone of each caster, as its positions see it. Its last map covers
+//! all directions, for casters beside the cones; a caster without a cone from a position leaves its share to that map. A map is
+//! in the coordinates of its cone, so that it holds while light and caster move and has no parallax. Texels are sampled by the
+//! root of the second moment of their starts' contributions, which minimises the variance [Rath et al. 2020, Variance-aware path
+//! guiding]. Maps are sampled by the means of these roots.
 //!
-//! The flux of a path is divided by the density of the whole mixture, of which `BY_POWER` is emission by power: no map changes
-//! a mean, and no path is heavier than 1 / `BY_POWER` of its weight by power.
+//! The flux of a path is divided by the density of the whole mixture, of which `BY_POWER` is emission by power. So no map changes
+//! a mean, and no path is heavier than 1 / `BY_POWER` times its weight by power.
+//!
+//! Cost: up to 16 cones a path. Limitations: in the variant, `emission::guided`.
 
 use crate::interface::NONE;
 use crate::interface::frame::FrameParams;
@@ -26,66 +28,66 @@ use spirv_std::glam::{Vec2, Vec3, Vec4};
 
 /// The layout of the maps.
 pub type GuidingPyramid = Pyramid<6>;
-/// Maps there are at most.
+/// Largest number of maps.
 pub const MAX_MAPS: u32 = 256;
-/// Groups of lights there are at most.
+/// Largest number of groups of lights.
 pub const MAX_GROUPS: u32 = 32;
-/// Share of paths that start anywhere in a cone, in all cones alike, whatever is known.
+/// Share of paths that start uniformly in a cone, whatever the maps hold; all cones are equally likely.
 pub const EVENLY: f32 = 0.125;
-/// Share of paths that start by what is known.
+/// Share of paths that start by the maps.
 pub const KNOWN: f32 = 1.0 - BY_POWER - EVENLY;
 
-/// Maps of a group: those of the casters, and the one of everything.
+/// Number of maps of a group: one for each caster, and one of all directions.
 #[inline(always)]
 pub fn maps_of_group(params: &FrameParams) -> u32 {
     params.casters.count + 1
 }
 
-/// Groups that any table of lights has at most.
+/// Largest number of groups of any table of lights.
 #[inline(always)]
 pub fn max_group_count(params: &FrameParams) -> u32 {
     (MAX_MAPS / maps_of_group(params)).min(MAX_GROUPS)
 }
 
-/// Groups of the light table.
+/// Number of groups of the light table.
 #[inline(always)]
 pub fn group_count(params: &FrameParams) -> u32 {
     max_group_count(params).min(params.light_count)
 }
 
-/// Maps of all groups.
+/// Number of maps of all groups.
 #[inline(always)]
 pub fn map_count(params: &FrameParams) -> u32 {
     group_count(params) * maps_of_group(params)
 }
 
-/// Maps of all groups of any table of lights.
+/// Largest number of maps of all groups, for any table of lights.
 #[inline(always)]
 pub fn max_map_count(params: &FrameParams) -> u32 {
     max_group_count(params) * maps_of_group(params)
 }
 
-/// Rows of the light table that follow each other.
+/// Group of consecutive lights of the light table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Group {
-    /// The first.
+    /// Id of the first light.
     pub first: u32,
-    /// The one behind the last.
+    /// Id behind the last light.
     pub end: u32,
-    /// Share of the power of the rows before.
+    /// Share of the power of the lights before the group.
     pub below: f32,
-    /// Share of the power of its own.
+    /// Share of the power of its own lights.
     pub power: f32,
 }
 
-/// Share of the power of the rows before this one.
+/// Share of the power of the lights before this one.
 #[inline(always)]
 fn power_below(lights: &[Light], params: &FrameParams, light_id: u32) -> f32 {
     if light_id < params.light_count { lights[light_id as usize].power_below } else { 1.0 }
 }
 
 impl Group {
-    /// The group of this index.
+    /// Group with this index.
     #[inline(always)]
     pub fn new(lights: &[Light], params: &FrameParams, index: u32) -> Group {
         let (count, groups) = (params.light_count, group_count(params));
@@ -104,7 +106,7 @@ impl Group {
     /// Samples a light of the group by power.
     #[inline(always)]
     fn light_at(&self, lights: &[Light], u: f32) -> u32 {
-        // Differences of a range that is as long as all power have all their bits, sums would be rounded onto lights without power.
+        // Compare differences, which keep all their bits; sums would be rounded onto lights without power.
         let at = u * self.power;
         let (mut low, mut high) = (self.first, self.end);
         while low + 1 < high {
@@ -118,7 +120,7 @@ impl Group {
         low
     }
 
-    /// Probability of a light by `light_at`.
+    /// Probability that `light_at` samples a light.
     #[inline(always)]
     fn probability(&self, lights: &[Light], params: &FrameParams, light_id: u32) -> f32 {
         let power = power_below(lights, params, light_id + 1) - power_below(lights, params, light_id);
@@ -126,19 +128,19 @@ impl Group {
     }
 }
 
-/// See the head of the file.
+/// Guided emission: most paths start by maps of what earlier starts contributed.
 #[derive(Clone, Copy)]
 pub struct Guided<'a> {
-    /// The start before there are maps.
+    /// Emission by power, for a share of the paths.
     pub power: ByPower<'a>,
-    /// The maps, those of a group behind each other.
+    /// Maps, group by group.
     pub maps: &'a [GuideMap],
-    /// The sums of their roots.
+    /// Guiding pyramids of the maps: sums of the roots.
     pub pyramid: &'a [f32],
 }
 
 impl Guided<'_> {
-    /// The map that a uniform number falls into, by their shares.
+    /// Samples a map by its share.
     #[inline(always)]
     fn map_at(&self, u: f32) -> u32 {
         let (mut low, mut high) = (0, map_count(self.power.params));
@@ -150,24 +152,24 @@ impl Guided<'_> {
                 high = middle;
             }
         }
-        // Shares add up to 1 but for rounding.
+        // Step back over maps without a share: shares add up to 1 but for rounding.
         while low > 0 && self.maps[low as usize].share == 0.0 {
             low -= 1;
         }
         low
     }
 
-    /// A position of the unit square by a map: two numbers for the texel, two within it.
+    /// Samples a point of the unit square by a map: two numbers for the texel, two for the position within it.
     #[inline(always)]
     fn sample_map(&self, map: u32, texel: Vec2, within: Vec2) -> Vec2 {
-        // Texels take most of the bits of their numbers.
+        // Use other numbers within the texel: its choice takes most bits of the first two.
         let sampled = GuidingPyramid::sample(self.pyramid, map, texel).texel % GuidingPyramid::TEXELS;
         let corner =
             Vec2::new((sampled % GuidingPyramid::SIDE) as f32, (sampled / GuidingPyramid::SIDE) as f32);
         (corner + within) / GuidingPyramid::SIDE as f32
     }
 
-    /// Density of a position by `sample_map`; 1 on average.
+    /// Density of `sample_map` at a texel; 1 on average.
     #[inline(always)]
     fn density(&self, map: u32, texel: u32) -> f32 {
         let scale = self.maps[map as usize].scale;
@@ -175,21 +177,21 @@ impl Guided<'_> {
     }
 }
 
-/// What a start is sampled by.
+/// Choices by which a start is sampled.
 #[derive(Clone, Copy, Default)]
 pub struct GuidingChoice {
-    /// The caster; behind the last, everything; `NONE`: it starts by power.
+    /// Index of the caster; the number of casters for all directions; `NONE` for a start by power.
     chosen: u32,
-    /// Whether by what is known of it.
+    /// Whether the map of that caster samples the direction; otherwise it is uniform in the cone.
     known: bool,
     /// Two numbers for the position within a texel.
     within: Vec2,
-    /// The position of the direction in the map.
+    /// Position of the direction in the map.
     own: Vec2,
 }
 
 impl Guided<'_> {
-    /// Emission cone of a caster, seen from a position, or everything.
+    /// Emission cone of a caster, seen from a position; behind the last caster, the cone of all directions.
     #[inline(always)]
     fn cone(&self, context: &EmissionContext, caster: u32) -> EmissionCone {
         let casters = &self.power.params.casters;
@@ -200,7 +202,7 @@ impl Guided<'_> {
         }
     }
 
-    /// The first map of the group of a start.
+    /// Index of the first map of the group of a start.
     #[inline(always)]
     fn first(&self, context: &EmissionContext) -> u32 {
         Group::index_at(context.light_id, self.power.params) * maps_of_group(self.power.params)
@@ -217,11 +219,13 @@ impl EmissionMixture for Guided<'_> {
         let (by_power, known) = (numbers.w < BY_POWER, numbers.w >= BY_POWER + EVENLY);
         let (light_id, chosen);
         if known {
+            // Sample a map, and by power a light of its group
             let map = self.map_at((numbers.w - (BY_POWER + EVENLY)) / KNOWN);
             chosen = map % maps_of_group(params);
             light_id = Group::new(scene.lights, params, map / maps_of_group(params))
                 .light_at(scene.lights, u_position.x);
         } else {
+            // Sample a cone uniformly (or none), and a light by power
             let evenly = (numbers.w - BY_POWER) / EVENLY * maps_of_group(params) as f32;
             chosen = if by_power { NONE } else { (evenly as u32).min(params.casters.count) };
             light_id = choose(scene.lights, params.light_count, u_position.x, u_position.y);
@@ -234,6 +238,7 @@ impl EmissionMixture for Guided<'_> {
         let mut direction = EmissionDirection::BY_POWER;
         if choice.chosen != NONE {
             if !self.cone(context, choice.chosen).is_open() {
+                // Take all directions where the caster has no cone from this position
                 choice.chosen = self.power.params.casters.count;
             }
             choice.own = Vec2::new(context.numbers.x, context.numbers.y);
@@ -258,8 +263,8 @@ impl EmissionMixture for Guided<'_> {
         let ByPower { scene, params, .. } = self.power;
         let (casters, first) = (params.casters.count, self.first(context));
         let GuidingChoice { chosen, own, .. } = *choice;
-        // The density of the direction over all maps of the group, and the map that is scored: the one that it was
-        // sampled from, else that of a cone that holds it, so that the last map learns of what no cone serves.
+        // Sum the density of the direction over all maps of the group, and find the map that is scored. It is the map that the
+        // direction was sampled from, else the first whose cone holds the direction. So the last map learns where no cone serves.
         let even = EVENLY / maps_of_group(params) as f32;
         let (mut evenly, mut guided, mut closed_even, mut closed_known) = (0.0, 0.0, 0.0, 0.0);
         let (mut scored, mut scored_texel, mut scored_size) = (casters, 0, 0.0);
@@ -289,16 +294,17 @@ impl EmissionMixture for Guided<'_> {
             }
             caster += 1;
         }
+        // Divide the start by the density of the whole mixture
         let group = Group::new(scene.lights, params, Group::index_at(context.light_id, params));
         let ratio =
             group.probability(scene.lights, params, context.light_id) / context.light.pdf_light_choice;
         let sample = emission.sample.over(emission.pdf, BY_POWER, evenly + guided * ratio);
         let mut score = 0.0;
-        // A group so dim that its power is none is never sampled from maps, and learns nothing.
+        // Score the start. A group without power is never sampled from maps, and learns nothing.
         if ratio > 0.0 {
-            // The density over that of a uniform start of the map.
+            // Divide the density by that of a uniform start of the map.
             let over_uniform = ((BY_POWER * emission.pdf + evenly) / ratio + guided) * scored_size;
-            // As if there were one path a pixel, however many there are.
+            // Scale to one path a pixel, whatever the number of paths.
             let paths = over_uniform * params.light_path_count as f32 / params.pixel_count() as f32;
             score = paths * paths / self.maps[(first + scored) as usize].unit;
         }
@@ -317,9 +323,9 @@ impl Emit for Guided<'_> {
 mod tests {
     use super::*;
 
-    /// Beside a light that has nearly all power: rows at the last bits of its share, and rows without any.
+    /// Beside a light of nearly all power: lights at the last bits of its share, and lights without power.
     #[test]
-    fn rows_are_drawn_as_often_as_their_density_says() {
+    fn lights_of_a_group_are_sampled_with_their_probability() {
         let mut lights = Vec::new();
         let mut below = 0.0;
         for light_id in 0..400_u32 {

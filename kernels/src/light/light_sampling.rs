@@ -1,10 +1,12 @@
 //! Next-event estimation: samples a point on a light for a vertex, with the density of that choice.
 //!
-//! A vertex samples one light sampled by its power; or, up to the collection point, all where they are few, and one of
-//! several candidates where they are many, sampled by what they would give unshadowed: resampled importance sampling [Talbot et
-//! al. 2005, Importance resampling for global illumination]. The balance heuristic against scattering stands inside that target,
-//! and takes the density of all candidates together, whether they are chosen or not: so what finds a light by scattering
-//! can say the same without knowing them.
+//! A vertex samples one light by its power. Up to the collection point it samples all lights where they are few. Where they are
+//! many, it takes several candidates and samples one by the light that each would give unshadowed. This is resampled importance
+//! sampling [Talbot et al. 2005, Importance resampling for global illumination].
+//!
+//! The balance heuristic against scattering stands inside that target. It takes the density of all candidates together, whether
+//! they are chosen or not. A path that finds a light by scattering can therefore compute the same weight without knowing the
+//! candidates.
 
 use crate::interface::choice::LightSampler;
 use crate::interface::features::Features;
@@ -18,21 +20,21 @@ use spirv_std::glam::{Vec3, Vec4};
 /// A point on a light as a vertex sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightSample {
-    /// Where a shadow ray ends, just before the light (m).
+    /// End of the shadow ray, just before the light (m).
     pub target: Vec3,
     /// Unit direction to the light.
     pub to_light: Vec3,
-    /// Radiance over pdf_solid_angle; for a punctual light its irradiance across over the probability of its choice
-    /// (W m^-2).
+    /// Radiance over `pdf_solid_angle`. For a punctual light, its irradiance at normal incidence over the probability of its
+    /// choice (W m^-2).
     pub radiance_over_pdf: Vec3,
-    /// Density of this direction (1/sr); 0 for a punctual light, which nothing else can find.
+    /// Density of this direction (1/sr); 0 for a punctual light, which scattering cannot find.
     pub pdf_solid_angle: f32,
-    /// The light is infinitely far away: the shadow ray has no end, and `target` says nothing.
+    /// Whether the light is infinitely far away: the shadow ray has no end, and `target` is meaningless.
     pub endless: bool,
 }
 
 impl LightSample {
-    /// No light comes to this position.
+    /// Sample without light.
     #[inline(always)]
     pub fn none(position: Vec3) -> Self {
         LightSample {
@@ -45,12 +47,12 @@ impl LightSample {
     }
 }
 
-/// Largest number of lights of which a vertex samples each.
+/// Largest number of lights at which a vertex samples all of them.
 pub const FEW_LIGHTS: u32 = 4;
 /// Number of candidates of a light sample where there are more lights.
 pub const CANDIDATE_COUNT: u32 = 8;
-/// Candidates of a vertex share their random numbers, shifted by multiples of this [Roberts 2018, The unreasonable effectiveness
-/// of quasirandom sequences]; that of a choice by the golden ratio.
+/// Shift between the random numbers of a vertex's candidates, which share them [Roberts 2018, The unreasonable effectiveness of
+/// quasirandom sequences]. The second number, of the choice, is shifted by the golden ratio.
 const SHIFT: Vec4 = Vec4::new(1.0 / CANDIDATE_COUNT as f32, 0.618_034, 0.754_877_7, 0.569_840_3);
 
 /// Light samples of a vertex, and their candidates.
@@ -60,9 +62,9 @@ pub struct LightCandidates {
     pub sample_count: u32,
     /// Number of candidates of a light sample.
     pub candidate_count: u32,
-    /// Whether they are all lights, in turn.
+    /// Whether the candidates are all lights, in order.
     pub is_all: bool,
-    /// Probability of each light to be one candidate, where that is the same for all; 0 where each is sampled by its power.
+    /// Probability of each light to be a given candidate, where it is the same for all; 0 where lights are sampled by power.
     pub probability: f32,
 }
 
@@ -71,7 +73,7 @@ impl LightCandidates {
     pub const ONE: LightCandidates =
         LightCandidates { sample_count: 1, candidate_count: 1, is_all: false, probability: 0.0 };
 
-    /// Those of a vertex up to the collection point.
+    /// Light samples of a vertex up to the collection point, by the settings.
     #[inline(always)]
     pub fn new(params: &FrameParams) -> LightCandidates {
         let count = params.light_count;
@@ -86,7 +88,7 @@ impl LightCandidates {
         }
     }
 
-    /// How many are on this light, on average, over the probability that one sampled by power is.
+    /// Expected number of candidates on this light, over the probability of the light by power.
     #[inline(always)]
     pub fn gain(&self, light: &Light) -> f32 {
         if self.probability > 0.0 {
@@ -96,7 +98,8 @@ impl LightCandidates {
         }
     }
 
-    /// The candidate of this number, by four numbers that all share. Its density is that of all candidates together.
+    /// Samples the candidate of this number, by four uniform numbers that all candidates share. Its density is that of all
+    /// candidates together.
     #[inline(always)]
     pub fn sample_light(
         &self,
@@ -134,55 +137,56 @@ impl LightCandidates {
 /// The largest number below one.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-/// Light that a vertex sends on, by the class of the lobe that does (W m^-2 sr^-1).
+/// Light that a vertex scatters, by the class of the lobe that does (W m^-2 sr^-1).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ByClass {
     /// By lobes that end a camera prefix.
     pub non_specular: Vec3,
-    /// By others.
+    /// By specular lobes.
     pub specular: Vec3,
 }
 
 impl ByClass {
-    /// By all lobes.
+    /// Light of all lobes.
     #[inline(always)]
     pub fn sum(&self) -> Vec3 {
         self.non_specular + self.specular
     }
 
-    /// As much of both.
+    /// Scales both by a factor.
     #[inline(always)]
     pub fn times(&self, factor: f32) -> ByClass {
         ByClass { non_specular: self.non_specular * factor, specular: self.specular * factor }
     }
 }
 
-/// One of the candidates of a light sample, sampled by the light that each would give unshadowed [Chao 1982, A general purpose unequal
-/// probability sampling plan].
+/// Weighted reservoir of one candidate of a light sample [Chao 1982, A general purpose unequal probability sampling plan].
+/// Candidates are sampled in proportion to the light that they would give unshadowed.
 pub struct Reservoir<T> {
-    /// What was kept of the one that was sampled.
+    /// Value kept of the sampled candidate.
     pub kept: T,
-    /// The mean of the channels of the light that it would give, and that of all.
+    /// Light that the sampled candidate would give, as the mean of its channels.
     weight: f32,
+    /// Sum of this over all candidates.
     weights: f32,
-    /// Uniform in [0, 1), whatever was chosen.
+    /// Uniform number in [0, 1), independent of the choices so far.
     choice: f32,
 }
 
 impl<T: Default> Reservoir<T> {
-    /// None yet; `choice` is uniform in [0, 1).
+    /// Empty reservoir; `choice` is uniform in [0, 1).
     #[inline(always)]
     pub fn new(choice: f32) -> Self {
         Reservoir { kept: T::default(), weight: 0.0, weights: 0.0, choice }
     }
 
-    /// Takes a candidate that would give this light, or passes it by.
+    /// Adds a candidate that would give this light. Keeps it with the probability weight / sum of weights.
     #[inline(always)]
     pub fn add(&mut self, kept: T, light: Vec3) {
         let weight = mean(light);
         if weight > 0.0 {
             self.weights += weight;
-            // The first is always taken, and what has no bounds, so that it is counted; neither takes of the number.
+            // Always take the first candidate, and an infinite one, so that it is counted. Neither uses up the number.
             let mut is_taken = weight == self.weights;
             if !is_taken {
                 let probability = weight / self.weights;
@@ -200,13 +204,13 @@ impl<T: Default> Reservoir<T> {
         }
     }
 
-    /// Whether any gives light, so that one was sampled.
+    /// Whether any candidate gives light, so that one was sampled.
     #[inline(always)]
     pub fn has_sample(&self) -> bool {
         self.weights > 0.0
     }
 
-    /// One over the probability that it was chosen.
+    /// One over the probability of the sampled candidate.
     #[inline(always)]
     pub fn inverse_probability(&self) -> f32 {
         if self.weight == self.weights { 1.0 } else { self.weights / self.weight }

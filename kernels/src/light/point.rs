@@ -1,4 +1,4 @@
-//! Point lights: the same intensity in all directions.
+//! Point lights: the same intensity in all directions (KHR_lights_punctual).
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -24,7 +24,7 @@ pub fn sample_emission(
     eval_emission(light, scene, features, u_position, warp::uniform_sphere(direction.x, direction.y)).sample
 }
 
-/// A path in a direction.
+/// Evaluates the start of a light path in a direction (pbrt: `PDF_Le`).
 #[inline(always)]
 pub fn eval_emission(
     light: &Light,
@@ -39,7 +39,7 @@ pub fn eval_emission(
     EvaluatedEmission { sample, pdf: 1.0 / (4.0 * PI) }
 }
 
-/// Light sample by the law of the inverse square.
+/// Samples the light: its intensity over the squared distance (pbrt: `SampleLi`).
 #[inline(always)]
 pub fn sample_light(
     light: &Light,

@@ -1,4 +1,4 @@
-//! Emission by power: lights by their share of the flux, then a position and a direction as the light's type has it.
+//! Emission by power: samples a light by its share of the flux, then a position and a direction by the light's type.
 
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
@@ -8,25 +8,25 @@ use crate::light::{choose, sample_emission};
 use crate::math::rng::Rng;
 use spirv_std::glam::Vec4;
 
-/// Starts every path with flux in proportion to the whole scene's.
+/// Starts every path with flux in proportion to that of the whole scene.
 #[derive(Clone, Copy)]
 pub struct ByPower<'a> {
     /// The scene with its light table.
     pub scene: SceneTables<'a>,
     /// The settings of the frame.
     pub params: &'a FrameParams,
-    /// What the scene needs.
+    /// Code that is compiled in.
     pub features: Features,
 }
 
 impl<'a> ByPower<'a> {
-    /// The lights of a frame.
+    /// Emission from all lights of a frame.
     #[inline(always)]
     pub fn new(scene: SceneTables<'a>, params: &'a FrameParams, features: Features) -> Self {
         ByPower { scene, params, features }
     }
 
-    /// A start by the uniform numbers of `sample_emission`.
+    /// Samples a start by the uniform numbers of `sample_emission`.
     #[inline(always)]
     pub fn start(&self, u_position: Vec4, direction: Vec4) -> EmissionSample {
         let ByPower { scene, params, .. } = *self;

@@ -13,8 +13,8 @@ use crate::math::frame::ShadingFrame;
 use crate::math::{PI, clamp, warp};
 use spirv_std::glam::{Vec3, Vec4};
 
-/// Share of a spot's intensity at `from_axis` = 1 - cos of the angle to its axis: 1 in the inner cone, 0 out of the
-/// outer, between them the square of a line in the cosine.
+/// Share of a spot's intensity at `from_axis` = 1 - cos of the angle to its axis. It is 1 in the inner cone and 0 outside of the
+/// outer one. Between them it is the square of a linear ramp in the cosine.
 #[inline(always)]
 pub fn falloff(light: &Light, from_axis: f32) -> f32 {
     let line = clamp((light.cone - from_axis) * light.falloff, 0.0, 1.0);
@@ -27,14 +27,14 @@ pub fn falloff_seen(light: &Light, to_light: Vec3) -> f32 {
     falloff(light, 0.5 * (light.direction + to_light).length_squared())
 }
 
-/// A direction uniform over the outer cone, and intensity over its pdf_solid_angle as a share of the light's (sr).
+/// Samples a direction uniformly over the outer cone. Returns it, and the share of the light's intensity over its density (sr).
 #[inline(always)]
 pub fn sample(light: &Light, u: f32, v: f32) -> (Vec3, f32) {
     let to = ShadingFrame::new(light.direction).to_world(warp::uniform_cone(light.cone, u, v));
     (to, falloff(light, u * light.cone) * (2.0 * PI * light.cone))
 }
 
-/// A path into the outer cone.
+/// Samples the start of a light path in the outer cone (pbrt: `SampleLe`).
 #[inline(always)]
 pub fn sample_emission(
     light: &Light,
@@ -47,7 +47,7 @@ pub fn sample_emission(
     start(light, to, solid_angle)
 }
 
-/// A path in a direction, where the light's intensity over the density is this share of the whole (sr).
+/// Start of a light path in a direction. `solid_angle` is the share of the light's intensity over the density (sr).
 #[inline(always)]
 fn start(light: &Light, direction: Vec3, solid_angle: f32) -> EmissionSample {
     let flux = light.emission * (solid_angle / light.pdf_light_choice);
@@ -55,7 +55,7 @@ fn start(light: &Light, direction: Vec3, solid_angle: f32) -> EmissionSample {
     EmissionSample::new(Ray::endless(light.position, direction), flux, cone)
 }
 
-/// A path in a direction.
+/// Evaluates the start of a light path in a direction (pbrt: `PDF_Le`).
 #[inline(always)]
 pub fn eval_emission(
     light: &Light,
@@ -70,7 +70,7 @@ pub fn eval_emission(
     EvaluatedEmission { sample, pdf: if share > 0.0 { 1.0 / solid_angle } else { 0.0 } }
 }
 
-/// Light sample as of a point light, less what the falloff takes.
+/// Samples the light as a point light, times the falloff.
 #[inline(always)]
 pub fn sample_light(
     light: &Light,
@@ -89,7 +89,7 @@ pub fn sample_light(
 mod tests {
     use super::*;
 
-    /// Inner angle 0.1 of the outer; the integral over the cone by a fine sum is what samples average to.
+    /// Inner angle 0.1 of the outer. Samples average to the integral over the cone, given in closed form.
     #[test]
     fn samples_average_to_the_integral_of_the_falloff() {
         for outer in [1.5_f64, 0.5, 0.01] {
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_leaves_the_outer_cone_and_all_of_it_the_inner() {
+    fn falloff_is_zero_outside_the_outer_cone_and_one_in_the_inner() {
         let light = Light { direction: Vec3::Z, cone: 0.5, falloff: 1.0 / 0.25, ..Light::default() };
         assert_eq!(falloff_seen(&light, Vec3::NEG_Z), 1.0);
         assert_eq!((falloff(&light, 0.25), falloff(&light, 0.375)), (1.0, 0.25));

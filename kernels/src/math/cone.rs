@@ -25,9 +25,9 @@ pub struct RayCone {
 
 /// Smallest cosine that footprints are projected with.
 const MIN_COS: f32 = 0.05;
-/// How much wider than a direct view's a collection point's footprint may be.
+/// Maximum width of a collection point's footprint, relative to that of a direct view.
 const MAX_FOOTPRINT_WIDENING: f32 = 32.0;
-/// How wide it is at least, relative to a direct view's, behind a curved surface.
+/// Minimum width behind a curved surface, relative to that of a direct view.
 const MIN_FOOTPRINT_WIDENING: f32 = 0.25;
 
 impl RayCone {
@@ -81,8 +81,8 @@ impl RayCone {
         }
     }
 
-    /// The cone after refraction by rough facets: a facet tilted by a small angle turns what it mirrors by twice that
-    /// angle, what it refracts by |1 - eta| times it.
+    /// The cone after refraction by rough facets. A facet tilted by a small angle turns reflected directions by twice that angle,
+    /// and refracted ones by |1 - eta| times it.
     #[inline]
     pub fn roughen_refracted(self, roughness: f32, eta: f32) -> Self {
         let turn = 0.5 * (1.0 - eta);
@@ -90,26 +90,30 @@ impl RayCone {
         RayCone { rough_spread: (self.rough_spread * self.rough_spread + lobe).sqrt(), ..self }
     }
 
-    /// Width (m) of the cone, whatever spread it.
+    /// Width (m) of the cone, from both spreads.
     #[inline]
     pub fn total_width(self) -> f32 {
         (self.width * self.width + self.rough_width * self.rough_width).sqrt()
     }
 
-    /// Radius (m) of the disc whose area is the cone's footprint on a surface met at `cos`, times `radius_px`;
-    /// never below 4 ulp of the position's largest coordinate. Convex mirrors and lenses widen a cone as far as their first
-    /// derivative says, without end at a grazing angle: 32 times the width of a cone that came straight, `direct_width` (m),
-    /// is the most (a thousand times the area is a thousand times the photons). They also focus it, to a point for this one
-    /// number though the pixel's footprint is a line there at most; a photon on a disc of no size would be infinitely
-    /// bright: behind a curved surface a quarter is the least. Both are of the width before `radius_px` scales it, so that
-    /// they shrink with it. What roughness adds is not bounded.
+    /// Radius (m) of the disc whose area is the cone's footprint on a surface met at `cos`, times `radius_px`. It is never below
+    /// 4 ulp of the position's largest coordinate.
+    ///
+    /// The first derivative of convex mirrors and lenses widens a cone without end at grazing angles. The width is therefore at
+    /// most 32 times `direct_width` (m), the width of a cone that came straight. A thousand times the area is a thousand times
+    /// the photons.
+    ///
+    /// Mirrors and lenses also focus a cone, in this one number to a point, although the pixel's footprint shrinks to a line
+    /// there at most. A photon on a disc without area would be infinitely bright, so behind a curved surface the width is at
+    /// least a quarter of `direct_width`. Both bounds apply before `radius_px` scales the width. Width from roughness has no
+    /// bound.
     #[shared]
     pub fn radius(self, cos: f32, radius_px: f32, position: Vec3, direct_width: f32) -> f32 {
         let min_width = if self.is_distorted { direct_width * MIN_FOOTPRINT_WIDENING } else { 0.0 };
         let width = self.width.abs().max(min_width).min(direct_width * MAX_FOOTPRINT_WIDENING);
         let total = (width * width + self.rough_width * self.rough_width).sqrt();
         let radius = radius_px * total * (INV_PI / cos.abs().max(MIN_COS)).sqrt();
-        // An ulp is at most 2^-23 of the coordinate; the last term keeps a point at the origin alive.
+        // An ulp is at most 2^-23 of the coordinate. The last term keeps the radius of a point at the origin above 0.
         radius.max(max_abs(position) * (4.0 / 8_388_608.0)).max(1.0e-30)
     }
 }
@@ -162,7 +166,7 @@ mod tests {
         }
     }
 
-    /// Behind a concave mirror of radius 2 m the width runs through zero and grows again; behind planes it is what it is.
+    /// Behind a concave mirror of radius 2 m the width passes through zero and grows again; behind planes it has no lower bound.
     #[test]
     fn a_disc_behind_a_curved_surface_is_at_least_a_quarter_as_wide_as_in_a_direct_view() {
         let radius = |cone: RayCone, radius_px| cone.radius(1.0, radius_px, Vec3::ZERO, 0.01);
@@ -184,7 +188,7 @@ mod tests {
             );
         }
         assert!((min_width - 0.25).abs() < 1.0e-5, "the test has lost its subject: {min_width}");
-        // A slab of any index, seen at any angle, narrows what it narrows.
+        // A plane mirror or a slab, of any index and at any angle, does not widen a narrow cone.
         let narrow = RayCone { width: 0.001, ..RayCone::at_eye(0.0) };
         let planes = [narrow, narrow.reflect(0.0, 0.3), narrow.refract(0.0, 0.6, 0.6, 0.4)];
         assert!(planes.iter().all(|cone| (radius(*cone, 1.0) / direct - 0.1).abs() < 1.0e-6));

@@ -1,6 +1,6 @@
-//! Photon differentials: where the light paths next to this one go, as first derivatives by the two numbers that chose its
-//! start [Igehy 1999, Tracing ray differentials; Schjoth et al. 2007, Photon differentials]. A step of those numbers is one
-//! path's share, so the parallelogram of the two position vectors has the area of a path where it arrives.
+//! Photon differentials: first derivatives of a light path by the two numbers that chose its start. They show where neighbouring
+//! paths go [Igehy 1999, Tracing ray differentials; Schjoth et al. 2007, Photon differentials]. A step of those numbers is one
+//! path's share. The parallelogram of the two position vectors therefore has the area of one path at its hit.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -9,16 +9,16 @@ use crate::math::frame::ShadingFrame;
 use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
-/// Derivatives of a ray's origin and unit direction by u and v, and what rough scattering adds to them.
+/// Derivatives of a ray's origin and unit direction by u and v, with the width and spread that rough scattering adds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Differential {
-    /// Of the position by u (m).
+    /// Derivative of the position by u (m).
     pub position_u: Vec3,
-    /// Of the position by v (m).
+    /// Derivative of the position by v (m).
     pub position_v: Vec3,
-    /// Of the direction by u (rad).
+    /// Derivative of the direction by u (rad).
     pub direction_u: Vec3,
-    /// Of the direction by v (rad).
+    /// Derivative of the direction by v (rad).
     pub direction_v: Vec3,
     /// Width from rough scattering, in quadrature (m).
     pub rough_width: f32,
@@ -31,14 +31,14 @@ pub struct Differential {
 pub struct NormalDerivatives {
     /// Unit normal.
     pub normal: Vec3,
-    /// Its derivative by u.
+    /// Derivative of the normal by u.
     pub by_u: Vec3,
-    /// Its derivative by v.
+    /// Derivative of the normal by v.
     pub by_v: Vec3,
 }
 
 impl Differential {
-    /// A path at its light, which has `solid_angle` (sr) around its direction, and `area` (m^2) across it, to itself.
+    /// Differential at the light, of a path with a share `solid_angle` (sr) of directions and a share `area` (m^2) of positions.
     #[shared]
     pub fn at_light(direction: Vec3, solid_angle: f32, area: f32) -> Self {
         let frame = ShadingFrame::new(direction);
@@ -53,7 +53,7 @@ impl Differential {
         }
     }
 
-    /// After `distance` (m) along the unit `direction`, on the plane of `face_normal` [Igehy 1999, eq. 10 to 12].
+    /// Differential after `distance` (m) along the unit `direction`, on the plane of `face_normal` [Igehy 1999, eq. 10 to 12].
     #[shared]
     pub fn transfer(self, direction: Vec3, distance: f32, face_normal: Vec3) -> Self {
         let cos = direction.dot(face_normal);
@@ -69,7 +69,7 @@ impl Differential {
         }
     }
 
-    /// After a mirror that the unit `direction` arrives at [Igehy 1999, eq. 14 to 16].
+    /// Differential after a mirror that the unit `direction` arrives at [Igehy 1999, eq. 14 to 16].
     #[shared]
     pub fn reflect(self, direction: Vec3, at: NormalDerivatives) -> Self {
         let cos = direction.dot(at.normal);
@@ -84,8 +84,8 @@ impl Differential {
         }
     }
 
-    /// After refraction from the unit `direction` to `behind`; `eta` = index before over index behind [Igehy 1999, eq. 17
-    /// to 20].
+    /// Differential after refraction from the unit `direction` to `behind`; `eta` = index before over index behind [Igehy 1999,
+    /// eq. 17 to 20].
     #[shared]
     pub fn refract(self, direction: Vec3, behind: Vec3, at: NormalDerivatives, eta: f32) -> Self {
         let (cos, cos_behind) = (direction.dot(at.normal), behind.dot(at.normal));
@@ -102,8 +102,8 @@ impl Differential {
         }
     }
 
-    /// After rough scattering that spreads directions by `spread` (rad); `turned`: the directions of neighbours say nothing
-    /// any more.
+    /// Differential after rough scattering that spreads directions by `spread` (rad). `turned` drops the derivatives of the
+    /// direction, which no longer describe the neighbours.
     #[inline]
     pub fn roughen(self, spread: f32, turned: bool) -> Self {
         let keep = if turned { 0.0 } else { 1.0 };
@@ -115,7 +115,7 @@ impl Differential {
         }
     }
 
-    /// Area of a path (m^2): of the parallelogram of the position vectors.
+    /// Area of a path (m^2): the parallelogram of the position vectors.
     #[shared]
     pub fn area(self) -> f32 {
         self.position_u.cross(self.position_v).length()

@@ -1,4 +1,4 @@
-//! Triangles where they stand: the rows of a mesh that is an instance are in its own space.
+//! Triangles in the world: the records of a mesh that is an instance are in its own space.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -18,7 +18,7 @@ pub struct Face {
     pub b: Vec3,
     /// Third corner.
     pub c: Vec3,
-    /// 1, or -1 where corners run clockwise seen from the front: its instance is mirrored.
+    /// 1, or -1 if corners run clockwise seen from the front, in a mirrored instance.
     pub orientation: f32,
     /// Distance to keep when leaving it (m).
     pub clearance: f32,
@@ -35,33 +35,33 @@ impl Face {
             let to_world = scene.instances[instance as usize].to_world;
             (a, b, c) = (to_world.point(a), to_world.point(b), to_world.point(c));
             orientation = scene.instances[instance as usize].orientation;
-            // The sum is rounded to what its parts are.
+            // The sum has the rounding error of its largest part.
             largest = max_abs(to_world.offset);
         }
         let clearance = offset::clearance(offset::magnitude(a, b, c).max(largest));
         Face { a, b, c, orientation, clearance }
     }
 
-    /// Along its front's normal, by twice its area (m^2).
+    /// Vector along the normal of the front, twice as long as the area (m^2).
     #[inline(always)]
     pub fn outward(&self) -> Vec3 {
         (self.b - self.a).cross(self.c - self.a) * self.orientation
     }
 }
 
-/// Vertex normals of a triangle in the world: unit vectors, or zeros where the face's own serves.
+/// Vertex normals of a triangle in the world: unit vectors, or zeros where the face's own normal serves.
 #[derive(Clone, Copy, Debug)]
 pub struct VertexNormals {
-    /// At its first corner.
+    /// Normal at the first corner.
     pub a: Vec3,
-    /// At its second.
+    /// Normal at the second corner.
     pub b: Vec3,
-    /// At its third.
+    /// Normal at the third corner.
     pub c: Vec3,
 }
 
 impl VertexNormals {
-    /// Those of a triangle of an instance.
+    /// Vertex normals of a triangle of an instance.
     #[inline(always)]
     pub fn new(scene: SceneTables<'_>, features: Features, instance: u32, triangle: u32) -> VertexNormals {
         let record = scene.surfaces[triangle as usize];
@@ -73,20 +73,20 @@ impl VertexNormals {
         VertexNormals { a, b, c }
     }
 
-    /// Their mean, by the weights of the corners b and c.
+    /// Mean of the normals, by the weights of the corners b and c.
     #[inline(always)]
     pub fn at(&self, u: f32, v: f32) -> Vec3 {
         self.a * (1.0 - u - v) + self.b * u + self.c * v
     }
 
-    /// Mean over the edges of the normal's change along the edge [1/m]; 0 where there are none.
+    /// Mean over the edges of the normal's change along the edge [1/m]; 0 without vertex normals.
     #[inline(always)]
     pub fn curvature(&self, face: &Face) -> f32 {
         let along = |from: Vec3, to: Vec3, edge: Vec3| (to - from).dot(edge) / edge.length_squared();
         let sum = along(self.a, self.b, face.b - face.a)
             + along(self.b, self.c, face.c - face.b)
             + along(self.c, self.a, face.a - face.c);
-        // Some f32 cannot hold.
+        // Drop a curvature that overflows f32.
         let mut curvature = 0.0;
         if sum.abs() < 1.0e30 {
             curvature = sum / 3.0;
@@ -95,7 +95,7 @@ impl VertexNormals {
     }
 }
 
-/// Of unit length; zero stays zero.
+/// Scales a vector to unit length; zero stays zero.
 #[shared]
 pub fn unit(v: Vec3) -> Vec3 {
     let square = v.length_squared();

@@ -17,12 +17,12 @@ pub struct ShadingFrame {
     pub z: Vec3,
 }
 
-/// Frames jump where z of the normal is this. Duff et al. have 0, which is the z of every wall that stands along it, and
-/// roundings, which differ from device to device, choose its side.
+/// Value of the normal's z at which frames jump. Duff et al. jump at 0, the z of every wall along that axis: rounding, which
+/// differs between devices, would choose the wall's frame.
 const SEAM: f32 = -0.55;
 
 impl ShadingFrame {
-    /// A frame around a unit normal, without branches [Duff et al. 2017]. It jumps where z is -0.55.
+    /// Frame around a unit normal, without branches [Duff et al. 2017]. It jumps where z is -0.55.
     #[shared]
     pub fn new(normal: Vec3) -> Self {
         let sign = if normal.z < SEAM { -1.0 } else { 1.0 };
@@ -35,8 +35,8 @@ impl ShadingFrame {
         }
     }
 
-    /// A frame that turns with a unit normal and never jumps, but for normals along one axis that is askew to those of scenes:
-    /// directions keep their coordinates where the normal moves.
+    /// Frame that turns with a unit normal and never jumps, except for normals along one axis that is askew to those of scenes.
+    /// Directions keep their coordinates while the normal moves.
     #[inline]
     pub fn steady(normal: Vec3) -> Self {
         let across = Vec3::new(0.36, 0.48, 0.8).cross(normal);

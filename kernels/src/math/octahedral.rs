@@ -1,12 +1,14 @@
-//! Unit vectors in 32 bits: the octahedron unfolded onto a square, 16 bits an axis [Cigolle et al. 2014, A survey of
-//! efficient representations for independent unit vectors]. The angle is off by at most 1e-4.
+//! Unit vectors in 32 bits: the octahedron unfolded onto a square, 16 bits an axis [Cigolle et al. 2014]. The angle is off by at
+//! most 1e-4.
+//!
+//! Cigolle et al.: A survey of efficient representations for independent unit vectors.
 
 use spirv_std::glam::Vec3;
 
-/// Steps from the square's middle to its border.
+/// Number of steps from the square's middle to its border.
 const STEPS: f32 = 32_767.0;
 
-/// The word of a unit vector.
+/// Encodes a unit vector as a word.
 #[inline]
 pub fn encode(v: Vec3) -> u32 {
     let sum = v.x.abs() + v.y.abs() + v.z.abs();
@@ -17,7 +19,7 @@ pub fn encode(v: Vec3) -> u32 {
     step(x) | step(y) << 16
 }
 
-/// The unit vector of a word.
+/// Decodes a word to its unit vector.
 #[inline]
 pub fn decode(word: u32) -> Vec3 {
     let coordinate = |step: u32| (step as f32 - (STEPS + 1.0)) * (1.0 / STEPS);
@@ -41,7 +43,7 @@ mod tests {
     use crate::math::warp::uniform_sphere;
 
     #[test]
-    fn directions_come_back() {
+    fn directions_round_trip() {
         let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
         let random = (0..10_000).map(|path| {
             let u = Rng::new(Stream::Camera, 3, path, 0).next4();

@@ -1,12 +1,14 @@
-//! Pencils: where rays beside a camera ray go, to first order, and so where the eye sees the image of a point.
+//! Pencils: rays beside a camera ray, to first order. They give the image of a point as the eye sees it.
 //!
-//! A ray that leaves the eye at y0 (m) beside it, turned by a0 (rad), reaches A y0 + B a0 beside the camera ray: A and B are
-//! two by two, their slopes go along. The rays from a point reach it with 0: at the eye they turn by a0 = -B^-1 A y0, as from
-//! an image of vergence B^-1 A [1/m], which is symmetric. Its principal values are one over the distances of two images: one
-//! for a lens seen straight or plane mirrors (the path's length), two in a curved mirror seen obliquely (Coddington: powers
-//! 2 k / cos in the plane of incidence, 2 k cos across) or in a cylinder. No image is a vergence of zero, and no special case.
+//! A ray that starts at y0 (m) beside the eye, turned by a0 (rad), reaches A y0 + B a0 beside the camera ray. A and B are two by
+//! two matrices; their slopes are carried along. The rays from a point reach it with 0. At the eye they turn by a0 = -B^-1 A y0,
+//! as from an image of vergence B^-1 A [1/m], which is symmetric.
 //!
-//! The steps are Igehy's [Tracing ray differentials, 1999] in axes that go along with the ray.
+//! Its principal values are one over the distances of two images. A lens seen straight has one image, and so have plane mirrors
+//! (at the path's length). A cylinder has two, and so has a curved mirror seen obliquely. By Coddington, its powers are 2 k / cos
+//! in the plane of incidence and 2 k cos across. Without an image the vergence is zero, which is no special case.
+//!
+//! The steps are Igehy's [Tracing ray differentials, 1999], in axes that turn with the ray.
 
 use crate::interface::packed;
 use crate::math::{clamp, is_finite};
@@ -16,34 +18,34 @@ use spirv_std::glam::{Vec2, Vec3};
 /// First derivative of a camera ray by its origin or its direction at the eye, in the ray's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayDerivative {
-    /// Its offset (m), for a metre or a radian at the eye.
+    /// Offset (m), per metre or radian at the eye.
     pub offset: Vec2,
-    /// Its slope (rad), for the same.
+    /// Slope (rad), per metre or radian at the eye.
     pub slope: Vec2,
 }
 
 /// Derivatives of a camera ray: four rays beside it, to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pencil {
-    /// Unit axes across the ray.
+    /// First unit axis across the ray.
     pub x: Vec3,
-    /// The other.
+    /// Second unit axis across the ray.
     pub y: Vec3,
     /// Derivative by the origin at the eye, along x (1/m).
     pub by_origin_x: RayDerivative,
-    /// The same along y.
+    /// Derivative by the origin at the eye, along y (1/m).
     pub by_origin_y: RayDerivative,
     /// Derivative by the direction at the eye, along x (1/rad).
     pub by_direction_x: RayDerivative,
-    /// The same along y.
+    /// Derivative by the direction at the eye, along y (1/rad).
     pub by_direction_y: RayDerivative,
-    /// Whether anything but a plane mirror has distorted it.
+    /// Whether anything but plane mirrors has distorted the pencil.
     pub is_distorted: bool,
 }
 
-/// Smallest cosine of incidence that surfaces reflect or refract with.
+/// Minimum cosine of incidence at which surfaces reflect or refract.
 const MIN_COS: f32 = 1.0e-3;
-/// An image is at most this many times as far as the path is long, and at least as near by the same factor.
+/// Maximum ratio of the distance of an image to the length of the path; the minimum is its inverse.
 const MAX_VERGENCE_DISTANCE: f32 = 1.0e6;
 
 /// Unit axes across a direction, the first along the rows of pixels.
@@ -53,18 +55,19 @@ pub fn axes(direction: Vec3, right: Vec3) -> (Vec3, Vec3) {
     (x, x.cross(direction))
 }
 
-/// Where the eye sees a point: the vergence is 1 / `distance` times the symmetric matrix of trace 2 m, difference of the
-/// diagonal 2 x and off the diagonal y, where (x, y) is `astigmatism` and m = 1 - |(x, y)|, negative like `distance`.
+/// Image of a point, as the eye sees it. The vergence is a symmetric matrix over |`distance`|. The trace of the matrix is 2 m,
+/// the difference of its diagonal is 2 x, and y is off the diagonal. (x, y) is `astigmatism`, and m is 1 - |(x, y)| with the sign
+/// of `distance`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VirtualImage {
-    /// Distance of the nearer of the two images (m); negative where their mean vergence is, behind the eye.
+    /// Distance of the nearer of the two images (m); negative, behind the eye, if their mean vergence is negative.
     pub distance: f32,
-    /// What tells the two apart, in the unit disc.
+    /// Difference of the two images, in the unit disc.
     pub astigmatism: Vec2,
 }
 
 impl VirtualImage {
-    /// Where nothing distorts the pencil: as far as its path is long (m).
+    /// Image of a pencil that nothing distorts: as far away as its path is long (m).
     #[inline(always)]
     pub fn straight(length: f32) -> VirtualImage {
         VirtualImage { distance: length, astigmatism: Vec2::ZERO }
@@ -72,7 +75,7 @@ impl VirtualImage {
 }
 
 impl Pencil {
-    /// At the eye, in the axes of `axes`.
+    /// Pencil at the eye, in the axes of `axes`.
     #[inline]
     pub fn at_eye(direction: Vec3, right: Vec3) -> Self {
         let (x, y) = axes(direction, right);
@@ -89,21 +92,21 @@ impl Pencil {
         }
     }
 
-    /// After `distance` (m).
+    /// Pencil after `distance` (m).
     #[inline]
     pub fn advance(self, distance: f32) -> Self {
         self.each(|ray| RayDerivative { offset: ray.offset + ray.slope * distance, ..ray })
     }
 
-    /// Steps along a face (m) between a ray and those a metre beside it. `normal` is the face's.
+    /// Steps along a face (m) from a ray to the rays a metre beside it, along both axes. `normal` is the face's.
     #[inline]
     pub fn steps(&self, from: Vec3, normal: Vec3) -> (Vec3, Vec3) {
         let along = from / (-from.dot(normal)).max(MIN_COS);
         (self.x + along * self.x.dot(normal), self.y + along * self.y.dot(normal))
     }
 
-    /// After a mirror, or a facet that refracts, between the unit directions `from` and `to`. `eta` = index before over
-    /// index behind, 1 for mirrors; the unit normal changes by these over the `steps`.
+    /// Pencil after a mirror, or a facet that refracts, between the unit directions `from` and `to`. `eta` = index before over
+    /// index behind, 1 for mirrors. `change_x` and `change_y` are the changes of the unit normal over the `steps`.
     #[shared]
     pub fn reflect_or_refract(
         self,
@@ -114,13 +117,13 @@ impl Pencil {
         change_x: Vec3,
         change_y: Vec3,
     ) -> Self {
-        // The facet that does it, also where it is rough: on the side of arrival.
+        // Find the facet that reflects or refracts, also on a rough surface, on the side of arrival.
         let facet = from * eta - to;
         let facet = facet / facet.length().max(1.0e-12);
         let facet = if facet.dot(from) > 0.0 { -facet } else { facet };
         let cos = (-facet.dot(from)).max(MIN_COS);
         let cos_behind = -facet.dot(to);
-        // How the normal turns, as the ray sees it; in the plane of incidence it sees the face foreshortened.
+        // Find the change of the normal as the ray sees it; in the plane of incidence it sees the face foreshortened.
         let (step_x, step_y) = self.steps(from, facet);
         let (xx, yy) = (step_x.dot(change_x), step_y.dot(change_y));
         let xy = 0.5 * (step_x.dot(change_y) + step_y.dot(change_x));
@@ -149,20 +152,21 @@ impl Pencil {
         }
     }
 
-    /// With its axes turned as the ray is, by the smallest angle; everything else goes along.
+    /// Turns the axes with the ray, by the smallest angle; offsets and slopes turn with them.
     #[shared]
     pub fn turn(self, from: Vec3, to: Vec3) -> Self {
         let between = (from + to) / (1.0 + from.dot(to)).max(1.0e-6);
         Pencil { x: self.x - between * self.x.dot(to), y: self.y - between * self.y.dot(to), ..self }
     }
 
-    /// Where the eye sees the point that the ray has reached after `length` (m).
+    /// Image of the point that the ray has reached after `length` (m), as the eye sees it.
     #[shared]
     pub fn virtual_image(self, length: f32) -> VirtualImage {
         if !self.is_distorted {
             return VirtualImage::straight(length);
         }
-        // B^-1 A by Cramer's rule, its determinant apart: where rays meet again it is zero, and the image is at the eye.
+        // Compute B^-1 A by Cramer's rule, with the determinant apart: where rays meet again it is zero, and the image is at the
+        // eye.
         let (a_x, a_y) = (self.by_origin_x.offset, self.by_origin_y.offset);
         let (b_x, b_y) = (self.by_direction_x.offset, self.by_direction_y.offset);
         let determinant = b_x.perp_dot(b_y);
@@ -197,13 +201,14 @@ impl Pencil {
 }
 
 impl VirtualImage {
-    /// The image of a point of today, from the two words that its row holds.
+    /// Image of a point of this frame, from the two words of its record.
     #[inline]
     pub fn from_packed(distance: f32, astigmatism: u32) -> Self {
         VirtualImage { distance, astigmatism: packed::from_signed_shares(astigmatism) }
     }
 
-    /// Direction, of any length, from an eye that stands `back` (m) from today's, whose ray has the unit `direction`.
+    /// Direction to the image from another eye, of any length. `back` (m) leads from there to this frame's eye, whose ray has the
+    /// unit `direction`.
     #[inline]
     pub fn from_eye(&self, back: Vec3, direction: Vec3, right: Vec3) -> Vec3 {
         let (x, y) = axes(direction, right);
@@ -211,7 +216,7 @@ impl VirtualImage {
         let scale = 1.0 / self.distance.abs();
         let (p, q) = (self.astigmatism.x * scale, self.astigmatism.y * scale);
         let (along_x, along_y) = (back.dot(x), back.dot(y));
-        // A single image lies at direction / mean: seen from there, at that plus `back`.
+        // Seen from the other eye, a single image lies at direction / mean + back: use that times mean.
         direction + back * mean + x * (p * along_x + q * along_y) + y * (q * along_x - p * along_y)
     }
 }
@@ -221,7 +226,7 @@ mod tests {
     use super::*;
     use spirv_std::glam::DVec3;
 
-    /// A sphere of signed curvature [1/m], positive where the side met is convex, met at `cos` to x's side.
+    /// Reflects or refracts at a sphere of signed curvature [1/m], positive where the side met is convex.
     fn met(pencil: Pencil, from: Vec3, normal: Vec3, curvature: f32, eta: Option<f32>) -> (Pencil, Vec3) {
         let cos = -from.dot(normal);
         let to = match eta {
@@ -240,7 +245,7 @@ mod tests {
         (scattered, to)
     }
 
-    /// The image on the axis of what lies `behind` the last of the surfaces: way to each (m), curvature [1/m], eta.
+    /// Image on the axis of a point `behind` (m) the last of the surfaces: distance to each (m), curvature [1/m], eta.
     fn on_axis(surfaces: &[(f32, f32, Option<f32>)], behind: f32) -> VirtualImage {
         let (mut pencil, mut from) = (Pencil::at_eye(Vec3::NEG_Z, Vec3::X), Vec3::NEG_Z);
         let mut length = behind;
@@ -292,18 +297,18 @@ mod tests {
     }
 
     #[test]
-    fn no_image_leaves_the_direction() {
-        // What stands in the focus of a concave mirror is seen by parallel rays.
+    fn an_image_at_infinity_keeps_the_direction() {
+        // A point in the focus of a concave mirror is seen by parallel rays.
         let virtual_image = on_axis(&[(2.0, -1.0, None)], 0.5);
         let turn = virtual_image.from_eye(Vec3::X, Vec3::NEG_Z, Vec3::X) - Vec3::NEG_Z;
         assert!(virtual_image.distance.abs() > 1.0e5 && turn.length() < 1.0e-5, "{virtual_image:?}");
-        // And an eye whose rays meet again on a point sees it all over the mirror.
+        // An eye whose rays meet again on a point sees the point all over the mirror.
         let virtual_image = on_axis(&[(2.0, -1.0, None)], 2.0 / 3.0);
         assert!(
             virtual_image.distance.abs() < 1.0e-5 && is_finite(virtual_image.astigmatism.element_sum()),
             "{virtual_image:?}"
         );
-        // Nonsense is no image either.
+        // Derivatives that are NaN give no image either.
         let lost = Pencil {
             by_origin_x: RayDerivative { offset: Vec2::splat(f32::NAN), slope: Vec2::ZERO },
             is_distorted: true,
@@ -337,7 +342,7 @@ mod tests {
                 let turned = virtual_image.from_eye(axis, Vec3::NEG_Z, Vec3::X) - Vec3::NEG_Z;
                 assert!((turned - axis * expected).length() < 1.0e-5, "{turned} along {axis}, {expected}");
             }
-            // Words keep it.
+            // Packed words keep the astigmatism.
             let kept = VirtualImage::from_packed(
                 virtual_image.distance,
                 packed::to_signed_shares(virtual_image.astigmatism),
@@ -346,7 +351,7 @@ mod tests {
         }
     }
 
-    /// A sphere that a ray meets at its first or second crossing, and how it leaves: mirrored, or refracted by eta.
+    /// A sphere that a ray meets at its first or second crossing: a mirror, or glass that refracts by eta.
     struct Ball {
         centre: DVec3,
         radius: f64,
@@ -355,7 +360,7 @@ mod tests {
     }
 
     impl Ball {
-        /// Way to it (m), unit normal on the side met, direction behind.
+        /// Distance to the sphere (m), unit normal on the side met, direction behind.
         fn meet(&self, origin: DVec3, from: DVec3) -> (f64, DVec3, DVec3) {
             let to_centre = self.centre - origin;
             let nearest = to_centre.dot(from);
@@ -371,7 +376,7 @@ mod tests {
         }
     }
 
-    /// The mirror of 0.5 m, 3 m away, that three of the chains begin with.
+    /// Mirror of 0.5 m, 3 m away, with which three of the chains begin.
     fn mirror() -> Ball {
         Ball { centre: DVec3::new(0.1, 0.1, -3.0), radius: 0.5, second: false, eta: None }
     }
@@ -385,7 +390,7 @@ mod tests {
         })
     }
 
-    /// The last vertex of a path from `origin`, its direction there, and the way up to it.
+    /// Last vertex of a path from `origin`, its direction there, and the length up to it.
     fn trace(chain: &[Ball], mut origin: DVec3, mut from: DVec3) -> (DVec3, DVec3, f64) {
         let mut length = 0.0;
         for ball in chain {
@@ -395,10 +400,10 @@ mod tests {
         (origin, from, length)
     }
 
-    /// Rays are traced from an eye that moved, through curved mirrors and glass with planes of incidence of their own: turned
-    /// as the image says they meet the point again.
+    /// Rays are traced from an eye that moved, through curved mirrors and glass with planes of incidence of their own. In the
+    /// direction that the image gives they meet the point again.
     #[test]
-    fn an_eye_that_moves_finds_the_place_where_its_image_is() {
+    fn an_eye_that_moves_finds_the_point_by_its_virtual_image() {
         let direction = (mirror().centre + DVec3::new(0.17, 0.23, 0.0)).normalize();
         let (at, along, _) = trace(&[mirror()], DVec3::ZERO, direction);
         let [enter, leave] = glass(at + along * 1.5 + DVec3::new(0.2, -0.1, 0.15));
@@ -429,7 +434,7 @@ mod tests {
                 };
                 let found = miss(virtual_image.from_eye(-way, direction.as_vec3(), Vec3::X).as_dvec3());
                 let by_length = miss(direction * (length + 0.9) - way.as_dvec3());
-                // What is left is the square of the way, and ulps.
+                // The rest is the square of the eye's motion, and ulps.
                 assert!(found < 0.01 * by_length, "chain {index}: {found:.1e} m off, not {by_length:.1e}");
             }
         }

@@ -4,7 +4,7 @@ use crate::interface::frame::{Camera, FrameParams, Window};
 use spirv_std::glam::{Vec2, Vec3};
 
 impl Camera {
-    /// Unit direction of what the film of a frame shows at a position.
+    /// Unit direction that the film of a frame shows at a position.
     #[inline(always)]
     pub fn direction_of(&self, column: f32, row: f32, params: &FrameParams) -> Vec3 {
         let Window { film_width, film_height, .. } = params.window;
@@ -13,8 +13,8 @@ impl Camera {
         (self.forward + along_x + along_y).normalize()
     }
 
-    /// Where what lies along `from_eye` is on the plane of the film: x to the right and y up, 1 at the borders. Not where
-    /// that is not before the eye.
+    /// Position on the plane of the film of what lies along `from_eye`: x to the right and y up, 1 at the borders. The flag is
+    /// false if that does not lie before the eye.
     #[inline(always)]
     pub fn on_plane(&self, from_eye: Vec3) -> (bool, Vec2) {
         let depth = from_eye.dot(self.forward);
@@ -26,8 +26,8 @@ impl Camera {
         (true, Vec2::new(x, y))
     }
 
-    /// How the position on the film of a frame changes with what lies along `from_eye`, before the eye, where that is
-    /// `on_plane`: gradients of column and row (px/m).
+    /// Gradients of column and row on the film of a frame (px/m) by `from_eye`, which lies before the eye and is seen at
+    /// `on_plane`.
     #[inline(always)]
     pub fn gradients(&self, from_eye: Vec3, on_plane: Vec2, params: &FrameParams) -> (Vec3, Vec3) {
         let per_metre = 0.5 / from_eye.dot(self.forward);

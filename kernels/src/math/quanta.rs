@@ -1,4 +1,4 @@
-//! 64-bit fixed point in two words, so that sums commute and no order of threads shows.
+//! 64-bit fixed point in two words: sums commute, and do not depend on the order of threads.
 
 use crate::math::{clamp, is_finite};
 use crate::platform::Atomics;
@@ -19,7 +19,7 @@ pub struct Quanta {
 }
 
 impl Quanta {
-    /// `value / quantum`, to the nearest integer; zero for what is not finite or negative, clamped above.
+    /// Converts `value / quantum` to the nearest integer; zero if it is negative or not finite, clamped above.
     #[shared]
     pub fn from_f32(value: f32, inverse_quantum: f32) -> Self {
         if !is_finite(value) {
@@ -29,7 +29,7 @@ impl Quanta {
         Quanta::from_whole(quanta)
     }
 
-    /// A float below 2^63, less its fraction.
+    /// Converts a float below 2^63, without its fraction.
     #[cfg(not(target_arch = "spirv"))]
     #[inline]
     fn from_whole(quanta: f32) -> Self {
@@ -37,7 +37,7 @@ impl Quanta {
         Quanta { low: whole as u32, high: (whole >> 32) as u32 }
     }
 
-    /// The same where integers have 32 bits.
+    /// Converts a float below 2^63, without its fraction, where integers have 32 bits.
     #[cfg(target_arch = "spirv")]
     fn from_whole(quanta: f32) -> Self {
         let high = (quanta * (1.0 / WORD)) as u32;
@@ -46,7 +46,7 @@ impl Quanta {
         Quanta { low, high }
     }
 
-    /// The same with a sign, as two's complement.
+    /// Converts `value / quantum` with its sign, as two's complement.
     #[inline]
     pub fn from_signed(value: f32, inverse_quantum: f32) -> Self {
         let magnitude = Quanta::from_f32(value.abs(), inverse_quantum);
@@ -68,13 +68,13 @@ impl Quanta {
         }
     }
 
-    /// The value [unit of `quantum`].
+    /// Value [unit of `quantum`].
     #[inline]
     pub fn to_f32(self, quantum: f32) -> f32 {
         (self.high as f32 * WORD + self.low as f32) * quantum
     }
 
-    /// The value of two's complement [unit of `quantum`].
+    /// Value of two's complement [unit of `quantum`].
     #[inline]
     pub fn to_signed(self, quantum: f32) -> f32 {
         if self.high < 0x8000_0000 {

@@ -4,7 +4,7 @@
 use caustics_kernel_macros::shared;
 use spirv_std::glam::{UVec4, Vec4};
 
-/// Separates the numbers of paths that must not follow each other.
+/// Stream of random numbers: separates paths whose numbers must be independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Stream {
@@ -12,18 +12,18 @@ pub enum Stream {
     Camera = 0x3c6e_f372,
     /// Paths from the lights.
     Light = 0xa54f_f53a,
-    /// Paths of the reference, independent of those of the methods that it judges.
+    /// Paths of the reference, independent of those of the methods that are compared with it.
     Reference = 0x9b05_688c,
-    /// Estimates of the energy ledger, which must not disturb the others.
+    /// Estimates of the energy ledger, which must not change the other numbers.
     Ledger = 0x510e_527f,
-    /// Light paths that keep their numbers for some frames, to tell what changed.
+    /// Light paths that keep their numbers for some frames, to detect changes of the light.
     Validation = 0x1f83_d9ab,
 }
 
 /// Separates keys of rays from numbers.
 const RAY_KEYS: u32 = 0xcbbb_9d5d;
 
-/// The random numbers of one path.
+/// Random numbers of one path.
 #[derive(Clone, Copy, Debug)]
 pub struct Rng {
     key: u32,
@@ -33,7 +33,7 @@ pub struct Rng {
 }
 
 impl Rng {
-    /// The numbers of path `path` in frame `frame`.
+    /// Random numbers of path `path` in frame `frame`.
     #[inline]
     pub fn new(stream: Stream, seed: u32, path: u32, frame: u32) -> Self {
         Rng { key: seed.wrapping_mul(0x9e37_79b9) ^ stream as u32, path, frame, dimension: 0 }
@@ -45,7 +45,7 @@ impl Rng {
         units(self.next_bits(self.frame))
     }
 
-    /// The bits of the next four numbers, were this the frame.
+    /// Bits of the next four numbers, for another frame.
     #[inline]
     pub fn next_bits(&mut self, frame: u32) -> UVec4 {
         let bits = pcg4d(UVec4::new(self.path, frame, self.dimension, self.key));
@@ -53,7 +53,7 @@ impl Rng {
         bits
     }
 
-    /// A key for a ray that starts here, the `number`-th that does: independent of all sampled numbers, and none of them.
+    /// Key for the `number`-th ray that starts here; independent of all sampled numbers, and none of them.
     #[inline]
     pub fn ray_key(&self, number: u32) -> u32 {
         // Paths sample far fewer than 2^16 times.
@@ -66,20 +66,20 @@ impl Rng {
         self.dimension
     }
 
-    /// The path that it was made for.
+    /// Path that the numbers belong to.
     #[inline]
     pub fn path(&self) -> u32 {
         self.path
     }
 
-    /// The frame that it was made for.
+    /// Frame that the numbers belong to.
     #[inline]
     pub fn frame(&self) -> u32 {
         self.frame
     }
 }
 
-/// Uniform in [0, 1) from 32 random bits each.
+/// Numbers uniform in [0, 1), from 32 random bits each.
 #[shared]
 pub fn units(bits: UVec4) -> Vec4 {
     let unit = |bits: u32| (bits >> 8) as f32 * (1.0 / 16_777_216.0);

@@ -1,27 +1,30 @@
-//! The numbers of camera paths: independent, or points of Sobol sequences over a pixel's frames [Sobol' 1967; direction numbers of
-//! Joe and Kuo 2008].
+//! Random numbers of camera paths: independent, or points of Sobol sequences over a pixel's frames [Sobol' 1967; direction
+//! numbers of Joe and Kuo 2008].
 //!
-//! A path samples four numbers at a time, a group. Each group has a four-dimensional sequence of its own, whose points are in another
-//! order (padding [Kollig and Keller 2002, Efficient multidimensional sampling]). What a frame's points are is the same for all
-//! pixels and is computed once; each pixel scrambles their digits by itself [Owen 1995; the hash of Laine and Karras 2011 with the
-//! constants of Vegdahl 2021, Building a better LK hash], so that pixels are independent and each number is uniform. A number is
-//! a function of (seed, pixel, frame, dimension) as before: in any order, on any runner.
+//! A path samples four numbers at a time, a group. Each group has a four-dimensional sequence of its own, whose points are in
+//! another order (padding [Kollig and Keller 2002, Efficient multidimensional sampling]). The points of a frame are equal for all
+//! pixels and are computed once. Each pixel scrambles their digits by itself [Owen 1995], so that pixels are independent and each
+//! number is uniform. The hash is that of Laine and Karras 2011 with the constants of Vegdahl 2021 [Building a better LK hash]. A
+//! number is a function of (seed, pixel, frame, dimension): in any order, on any runner.
 //!
-//! Or pixels beside each other share what is still even: all are scrambled alike, and each pixel's points are moved by a point of
-//! the same sequence, that of the pixel's index on a curve through the image that fills squares first [Ahmed and Wonka 2020,
-//! Screen-space blue-noise diffusion of Monte Carlo sampling error]. In every frame the numbers of a square of pixels then fill
-//! the unit square evenly, so that their errors differ and cancel for an eye or a denoiser; in every pixel those of its frames do.
-//! Neighbours meet again in other frames of a batch: over very many frames squares of pixels gain less than single ones.
+//! Alternatively, neighbouring pixels share an even set: all are scrambled alike, and each pixel's points are moved by a point of
+//! the same sequence. The index of that point is the index of the pixel on a curve through the image that fills squares first
+//! [Ahmed and Wonka 2020]. In every frame the numbers of a square of pixels then fill the unit square evenly. Their errors differ
+//! and cancel for an eye or a denoiser. In every pixel the numbers of its frames fill the unit square too. Neighbours meet again
+//! in other frames of a batch: over very many frames squares of pixels gain less than single pixels.
 //!
-//! Points of one sequence are no independent samples and say nothing of their variance. So frames take turns in `batches`
-//! sequences, and the variance is that between these.
+//! Ahmed and Wonka: Screen-space blue-noise diffusion of Monte Carlo sampling error.
+//!
+//! Points of one sequence are not independent samples and do not show their variance. Frames therefore take turns in `batches`
+//! sequences, and the variance is taken between these.
 
 use crate::interface::sequence::Sequence;
 use crate::math::rng::{Rng, units};
 use caustics_kernel_macros::shared;
 use spirv_std::glam::{UVec4, Vec4};
 
-/// The next four numbers of a camera path, uniform in [0, 1), multiples of 2^-24: points of the sequence as far as it has groups.
+/// Samples the next four numbers of a camera path, uniform in [0, 1), multiples of 2^-24. Groups behind those of the sequence are
+/// independent.
 #[inline(always)]
 pub fn next4(rng: &mut Rng, sequence: &Sequence) -> Vec4 {
     let group = rng.dimension();
@@ -40,7 +43,7 @@ pub fn next4(rng: &mut Rng, sequence: &Sequence) -> Vec4 {
     }
 }
 
-/// The index of a pixel on the curve: bits of its column and row in turns, the first digits in the highest bits.
+/// Index of a pixel on the curve: bits of its column and its row in turns, the first digits in the highest bits.
 #[shared]
 fn curve_index(column: u32, row: u32) -> u32 {
     let spread = |bits: u32| {
@@ -52,7 +55,7 @@ fn curve_index(column: u32, row: u32) -> u32 {
     spread(column) | spread(row) << 1
 }
 
-/// The first two coordinates of two Sobol points of an index on the curve, of either in another order within each square.
+/// First two coordinates of two Sobol points for an index on the curve. Each point has another order within each square.
 #[shared]
 fn curve_point(curve_index: u32, seeds: UVec4) -> UVec4 {
     let shuffled = |seed: u32| laine_karras(curve_index.reverse_bits(), seed).reverse_bits();
@@ -60,8 +63,8 @@ fn curve_point(curve_index: u32, seeds: UVec4) -> UVec4 {
     UVec4::new(first, second_coordinate(first), second, second_coordinate(second))
 }
 
-/// The second coordinate of a Sobol point, the first binary digit in the lowest bit: the polynomial of the index's digits in
-/// x + 1 instead of x.
+/// Second coordinate of a Sobol point, with the first binary digit in the lowest bit. It is the polynomial of the index's digits
+/// in `x + 1` instead of `x`.
 #[inline(always)]
 fn second_coordinate(index: u32) -> u32 {
     let digits = index ^ (index >> 1 & 0x5555_5555);
@@ -71,8 +74,8 @@ fn second_coordinate(index: u32) -> u32 {
     digits ^ digits >> 16
 }
 
-/// Scrambles the digits of four numbers, each by those before it, and puts the first digits into the highest bits. The lowest bits
-/// of a seed, which touch the first digits, are taken from the middle: those of PCG4D depend on too little.
+/// Scrambles the digits of four numbers, each digit by those before it, and puts the first digits into the highest bits. The bits
+/// of a seed that affect the first digits are taken from its middle: the lowest bits of PCG4D depend on too little.
 #[shared]
 fn scrambled(point: UVec4, seeds: UVec4) -> UVec4 {
     let scrambled = |digits: u32, seed: u32| laine_karras(digits, seed.rotate_left(16)).reverse_bits();
@@ -84,7 +87,7 @@ fn scrambled(point: UVec4, seeds: UVec4) -> UVec4 {
     )
 }
 
-/// A hash in which no bit touches a lower one.
+/// Hash in which no bit affects a lower one.
 #[inline(always)]
 fn laine_karras(mut bits: u32, seed: u32) -> u32 {
     bits ^= bits.wrapping_mul(0x3d20_adea);
@@ -106,13 +109,13 @@ mod points {
         [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
 
     impl Sequence {
-        /// The points of frame `frame` where frames take turns in `batches` sequences.
+        /// Points of frame `frame`, if frames take turns in `batches` sequences.
         pub fn sobol(seed: u32, batches: u32, frame: u32) -> Sequence {
             let (batch, index) = (frame % batches.max(1), frame / batches.max(1));
             let mut points = [UVec4::ZERO; SEQUENCE_GROUPS];
             for (group, point) in points.iter_mut().enumerate() {
                 let order = pcg4d(UVec4::new(group as u32, batch, seed, 0x736f_626f)).x;
-                // Another order of the same points: the first 2^k remain a whole block of so many.
+                // Reorder the points: the first 2^k remain a whole block of 2^k.
                 let permuted = laine_karras(index.reverse_bits(), order).reverse_bits();
                 *point = UVec4::from_array(
                     [0, 1, 2, 3].map(|dimension| coordinate(permuted, dimension).reverse_bits()),
@@ -122,7 +125,7 @@ mod points {
             Sequence { points, groups, batch, ..Sequence::default() }
         }
 
-        /// The same points, moved in each pixel of an image so wide.
+        /// Points of [`Sequence::sobol`], moved in each pixel of an image of a width.
         pub fn moved(seed: u32, batches: u32, frame: u32, width: u32) -> Sequence {
             let sequence = Sequence::sobol(seed, batches, frame);
             let of_group = |group| pcg4d(UVec4::new(group as u32, sequence.batch, seed, 0x626c_7565));
@@ -130,7 +133,7 @@ mod points {
         }
     }
 
-    /// A coordinate of a Sobol point, times 2^32.
+    /// Coordinate of a Sobol point, times 2^32.
     fn coordinate(index: u32, dimension: usize) -> u32 {
         if dimension == 0 {
             return index.reverse_bits();
@@ -156,7 +159,7 @@ mod points {
         use crate::math::sampler::next4;
         use spirv_std::glam::Vec4;
 
-        /// The numbers of a group in a frame of a pixel.
+        /// Numbers of a group in a frame of a pixel.
         fn sample(seed: u32, pixel: u32, group: usize, batches: u32, frame: u32) -> Vec4 {
             let sequence = Sequence::sobol(seed, batches, frame);
             let mut rng = Rng::new(Stream::Camera, seed, pixel, frame);
@@ -171,7 +174,7 @@ mod points {
         fn a_block_of_frames_fills_every_interval_of_every_dimension() {
             for (pixel, group, log) in [(0, 0, 6), (17, 3, 5), (1 << 20, SEQUENCE_GROUPS - 1, 4)] {
                 let count = 1 << log;
-                // Any aligned block of a power of two.
+                // Check every aligned block of a power of two.
                 for (block, points) in numbers(5, pixel, group, 4 * count).chunks(count as usize).enumerate()
                 {
                     for dimension in 0..4 {
@@ -184,7 +187,7 @@ mod points {
                             "block {block} dimension {dimension}"
                         );
                     }
-                    // Of the first two dimensions every elementary interval, too.
+                    // Check every elementary interval of the first two dimensions, too.
                     for wide in 0..=log {
                         let cell = |u: &Vec4| {
                             let (x, y) = (u.x * (1 << wide) as f32, u.y * (1 << (log - wide)) as f32);
@@ -198,14 +201,14 @@ mod points {
             }
         }
 
-        /// The same where pixels of a row of 64 share an even set.
+        /// Numbers of a group where pixels of rows of 64 share an even set.
         fn sample_moved(pixel: u32, group: usize, frame: u32) -> Vec4 {
             let sequence = Sequence::moved(5, 2, frame, 64);
             let mut rng = Rng::new(Stream::Camera, 5, pixel, frame);
             (0..=group).map(|_| next4(&mut rng, &sequence)).last().unwrap()
         }
 
-        /// Whether as many numbers fill every elementary interval of the pair of dimensions that starts at `dimension`.
+        /// Whether the points fill every elementary interval of the pair of dimensions that starts at `dimension`.
         fn fills(points: &[Vec4], dimension: usize) -> bool {
             let log = points.len().ilog2();
             assert_eq!(points.len(), 1 << log);
@@ -231,11 +234,11 @@ mod points {
                 }
             }
             for pixel in [0, 77, 4000] {
-                // Frames of one of two batches; their points have four coordinates, of which the first two fill squares.
+                // Frames of one of two batches. Their points have four coordinates, of which the first two fill squares.
                 let points: Vec<Vec4> = (0..32).map(|frame| sample_moved(pixel, 1, 2 * frame)).collect();
                 assert!(fills(&points, 0), "{pixel}");
             }
-            // Squares that are not those of the curve are not filled: the test can fail.
+            // Squares off the grid of the curve are not filled: the test can fail.
             let points: Vec<Vec4> =
                 (0..16).map(|i| sample_moved((1 + i / 4) * 64 + 1 + i % 4, 0, 0)).collect();
             assert!(!fills(&points, 0));
@@ -246,7 +249,7 @@ mod points {
             // A pixel's number is uniform over seeds, and two neighbours' first numbers are never near each other.
             let count = 20_000;
             let (mut sum, mut square, mut nearest) = (Vec4::ZERO, Vec4::ZERO, 1.0f32);
-            // How many pairs of numbers of different dimensions lie in each of 4 by 4 cells.
+            // Number of pairs of numbers of different dimensions in each of 4 by 4 cells.
             let mut cells = [[0u32; 16]; 6];
             for seed in 0..count {
                 let sequence = Sequence::moved(seed, 4, 1, 64);
@@ -278,7 +281,7 @@ mod points {
         }
 
         #[test]
-        fn the_second_coordinate_is_that_of_the_directions() {
+        fn second_coordinate_matches_the_direction_numbers() {
             for index in [0, 1, 2, 3, 7, 100, 0x1234_5678, u32::MAX] {
                 assert_eq!(
                     super::super::second_coordinate(index),
@@ -319,8 +322,8 @@ mod points {
         }
 
         #[test]
-        fn smooth_integrals_converge_faster_than_by_chance() {
-            // Variance of the mean of a product of all four, over pixels, at 4 and at 64 frames.
+        fn smooth_integrals_converge_faster_than_by_independent_numbers() {
+            // Variance over pixels of the mean of a product of all four numbers, at 4 and at 64 frames.
             let variance = |frames: u32| {
                 let means = (0..400).map(|pixel| {
                     let points = numbers(3, pixel, 0, frames);
@@ -333,7 +336,7 @@ mod points {
         }
 
         #[test]
-        fn directions_are_those_of_the_tables() {
+        fn direction_numbers_give_the_published_points() {
             // The first points in Gray-free order, times 8.
             let points: Vec<[u32; 4]> = (0..8)
                 .map(|index| [0, 1, 2, 3].map(|dimension| coordinate(index, dimension) >> 29))

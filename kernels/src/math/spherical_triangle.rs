@@ -1,6 +1,6 @@
-//! A triangle as a point sees it: its solid angle [Van Oosterom and Strackee 1983, The solid angle of a plane triangle], and
-//! directions uniform over it [Arvo 1995, Stratified sampling of spherical triangles], without inverse functions but that of the
-//! angle itself [Peters 2021, BRDF importance sampling for polygonal lights].
+//! Spherical triangles: a triangle as a point sees it. Its solid angle is that of Van Oosterom and Strackee [1983, The solid
+//! angle of a plane triangle]. Directions are uniform over it [Arvo 1995, Stratified sampling of spherical triangles]. The only
+//! inverse function is that of the angle itself [Peters 2021, BRDF importance sampling for polygonal lights].
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -17,17 +17,17 @@ pub struct SphericalTriangle {
     a: Vec3,
     b: Vec3,
     c: Vec3,
-    /// Volume that they span.
+    /// Volume that the corners' directions span.
     volume: f32,
-    /// Its area (sr).
+    /// Solid angle (sr).
     pub solid_angle: f32,
 }
 
 impl SphericalTriangle {
-    /// That of a triangle whose corners are here from the point that sees it (m), which is none of them.
+    /// Spherical triangle of a triangle with corners relative to the point that sees it (m). No corner may be that point.
     #[shared]
     pub fn new(a: Vec3, b: Vec3, c: Vec3) -> Self {
-        // By edges, so that a small one keeps its digits.
+        // Compute the volume by edges, so that a small triangle keeps its digits.
         let volume = a.dot((b - a).cross(c - a)).abs();
         let scales = Vec3::ONE / Vec3::new(a.length(), b.length(), c.length());
         let volume = volume * (scales.x * scales.y * scales.z);
@@ -36,16 +36,16 @@ impl SphericalTriangle {
         SphericalTriangle { a, b, c, volume, solid_angle }
     }
 
-    /// A unit direction into it; pdf_solid_angle = 1 / `solid_angle`.
+    /// Samples a unit direction in the triangle; pdf_solid_angle = 1 / `solid_angle`.
     #[shared]
     pub fn sample(self, u: f32, v: f32) -> Vec3 {
         let SphericalTriangle { a, b, c, volume, solid_angle } = self;
-        // The point p between a and c for which a, b and p have the share u of the area: a and p lie at equal angles around
-        // `middle`, by the formula of the solid angle.
+        // Find the point p between a and c for which a, b and p have the share u of the area. By the formula of the solid angle,
+        // a and p lie at equal angles around `middle`.
         let (sin, cos) = sin_cos_turns(u * solid_angle * (0.5 / TAU));
         let middle = a * (volume * cos - (a.dot(c) + b.dot(c)) * sin) + c * ((1.0 + a.dot(b)) * sin);
         let p = middle * (2.0 * a.dot(middle) / middle.length_squared()) - a;
-        // Between b and p, by the versine.
+        // Sample between b and p, by the versine.
         let towards_p = b.dot(p);
         let along = 1.0 - v * (0.5 * (b - p).length_squared());
         let share = (v * (1.0 + along) / (1.0 + towards_p).max(f32::MIN_POSITIVE)).sqrt();
@@ -68,19 +68,19 @@ mod tests {
     ];
 
     #[test]
-    fn solid_angles_are_known() {
+    fn solid_angles_match_known_values() {
         let solid_angle = |[a, b, c]: [Vec3; 3]| SphericalTriangle::new(a, b, c).solid_angle;
         assert!((solid_angle(CORNERS[0]) - 0.5 * PI).abs() < 1.0e-6);
-        // Half of a square that is a side of a cube, seen from the middle.
+        // Half of a side of a cube, seen from the cube's centre.
         let half = [Vec3::new(-1.0, -1.0, 1.0), Vec3::new(1.0, -1.0, 1.0), Vec3::new(1.0, 1.0, 1.0)];
         assert!((solid_angle(half) - PI / 3.0).abs() < 1.0e-6);
-        // Area, cosine and distance of a small one.
+        // A small triangle: area times cosine over the square of the distance.
         let tiny = [Vec3::new(3.0, 0.0, 4.0), Vec3::new(3.001, 0.0, 4.0), Vec3::new(3.0, 0.002, 4.0)];
         let expected = 1.0e-6 * 0.8 / 25.0;
         assert!((solid_angle(tiny) / expected - 1.0).abs() < 1.0e-3, "{} {expected}", solid_angle(tiny));
     }
 
-    /// The integral of the direction over a spherical triangle, by its edges [Lambert 1760].
+    /// Integral of the direction over a spherical triangle, by its edges [Lambert 1760].
     fn lambert(corners: [Vec3; 3]) -> Vec3 {
         let unit = corners.map(|corner| corner.as_dvec3().normalize());
         let turn = unit[0].cross(unit[1]).dot(unit[2]).signum();
@@ -99,7 +99,7 @@ mod tests {
             let [a, b, c] = corners;
             let whole = SphericalTriangle::new(a, b, c);
             let unit = corners.map(|corner| corner.normalize());
-            // Four parts by the middles of the edges.
+            // Split it into four parts by the middles of the edges.
             let middle = |i: usize, k: usize| (unit[i] + unit[k]).normalize();
             let (ab, bc, ca) = (middle(0, 1), middle(1, 2), middle(2, 0));
             let parts = [[unit[0], ab, ca], [ab, unit[1], bc], [ca, bc, unit[2]], [ab, bc, ca]];

@@ -24,7 +24,7 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
                         + square
                             * (-1.0 / 720.0 + square * (1.0 / 40_320.0 - square * (1.0 / 3_628_800.0)))));
 
-    // Turn by the quarters taken off: (s, c), (c, -s), (-s, -c), (-c, s). By bits, since no branch could be foretold.
+    // Turn by the quarters taken off: (s, c), (c, -s), (-s, -c), (-c, s). Use bits, since no branch would be predictable.
     let (s, c) = (s.to_bits(), c.to_bits());
     let exchanged = (s ^ c) & (quarter & 1).wrapping_neg();
     let sin_sign = (quarter >> 1 & 1) << 31;
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turns_come_back_from_sine_and_cosine() {
+    fn turns_inverts_sine_and_cosine() {
         for i in 0..1_000_000u32 {
             let exact = f64::from(i) / 1_000_000.0;
             let (y, x) = (exact * std::f64::consts::TAU).sin_cos();
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn agrees_with_the_library_in_double_precision() {
+    fn sin_cos_turns_matches_double_precision() {
         for i in 0..=1_000_000u32 {
             let turns = i as f32 / 1_000_000.0;
             let (s, c) = sin_cos_turns(turns);

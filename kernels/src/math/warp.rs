@@ -17,8 +17,8 @@ pub fn uniform_sphere(u: f32, v: f32) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
-/// Uniform direction around z, with 1 - cos of the angle up to `versine`; pdf_solid_angle = 1 / (2 pi versine). Angles are
-/// carried as 1 - cos, since cosines near 1 would leave a narrow cone few bits.
+/// Uniform direction around z, with 1 - cos of the angle up to `versine`; pdf_solid_angle = 1 / (2 pi versine). Angles are stored
+/// as 1 - cos: for a narrow cone, cosines near 1 have few bits.
 #[shared]
 pub fn uniform_cone(versine: f32, u: f32, v: f32) -> Vec3 {
     let from_axis = u * versine;

@@ -1,4 +1,7 @@
-//! OurBasic: collect, shoot and gather, resolve, display. No light outlives its frame [Moreau and Doggett 2022].
+//! OurBasic [Moreau and Doggett 2022]: collect, shoot and gather, resolve, display. No light outlives its frame.
+//!
+//! Cost: a camera path a pixel, the light paths, an index and a search of it. Limitations: discs blur by their radius, and lose
+//! light beyond an edge.
 #![cfg(not(target_arch = "spirv"))]
 
 use crate::declare::Step;
@@ -7,7 +10,7 @@ use crate::interface::frame::FrameParams;
 use crate::method::frame::{self, frame_steps};
 use crate::method::{Method, Parts};
 
-/// See the head of the file.
+/// OurBasic: no light outlives its frame.
 pub const BASIC: Method = Method {
     name: "basic",
     description: "OurBasic: no light outlives its frame",
@@ -24,7 +27,7 @@ pub const BASIC: Method = Method {
     steps: |parts, params| steps(parts, params),
 };
 
-/// The steps of a frame. Light paths come in batches that the photon buffers hold.
+/// Steps of a frame. Light paths come in batches whose photons fit the photon buffers.
 pub fn steps(parts: impl Into<Parts>, params: &FrameParams) -> Vec<Step> {
     let parts = parts.into();
     let prepare = frame::prepare(parts.gather, params);
@@ -66,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_bound_and_cleared_has_a_size_if_anything_uses_it() {
+    fn cleared_and_used_buffers_have_a_size() {
         for variant in variant::ALL {
             let steps = steps(variant, &params());
             let buffers = buffers(&steps, &params());
@@ -76,7 +79,7 @@ mod tests {
                     assert!(bytes(buffer) > Some(0), "{}: {buffer}", variant.name);
                 }
             }
-            // Rows of 32 bytes.
+            // Records of 32 bytes.
             let sorted = if variant.sorts { 32 * 1200 } else { 0 };
             assert_eq!(bytes("sorted_light"), Some(sorted), "{}", variant.name);
             assert_eq!(bytes("point_geometry"), Some(32 * 21));

@@ -1,4 +1,4 @@
-//! What the frames of methods have in common: collect, denoise, reuse, shoot and gather batch by batch, resolve, display.
+//! Steps that the frames of methods share: collect, denoise, reuse, shoot and gather batch by batch, resolve, display.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -12,8 +12,8 @@ use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
 use crate::{denoiser, emission, history};
 
-/// The steps of a frame of any method that brings photons to collection points: `prepare` comes once before the light
-/// paths, `shoot` for each batch of them.
+/// Steps of a frame of any method that brings photons to collection points. `prepare` comes once before the light paths, `shoot`
+/// for each batch of them.
 pub fn frame_steps(
     parts: Parts,
     params: &FrameParams,
@@ -22,15 +22,19 @@ pub fn frame_steps(
 ) -> Vec<Step> {
     let Parts { history, denoiser, .. } = parts;
     let shoots = params.light_path_count > 0;
+    // Trace the camera paths
     let mut steps = vec![
         Step::Clear { buffer: "counters" },
         Step::Clear { buffer: "accumulator" },
         Step::new(&COLLECT, params),
     ];
     steps.extend(parts.steps(|stage| stage.after_collect, params));
+
+    // Denoise the path layer
     steps.extend(parts.steps(|stage| stage.before_denoise, params));
     steps.extend((denoiser.steps)(params));
-    // A history that follows the light has nothing to follow in the dark.
+
+    // Prepare the history; without light paths, clear one that follows them.
     let forgets = !shoots && !history.forget.is_empty();
     if forgets {
         steps.extend(history.forget.iter().map(|&buffer| Step::Clear { buffer }));
@@ -38,9 +42,12 @@ pub fn frame_steps(
         steps.extend((history.before)(params));
     }
     if shoots {
+        // Learn from earlier frames, and index the collection points
         steps.extend(parts.steps(|stage| stage.before_light, params));
         steps.extend(prepare);
     }
+
+    // After something moved, shoot the pilot and learn from it
     let after_pilot: Vec<Steps> = parts.all_stages().filter_map(|stage| stage.after_pilot).collect();
     let has_pilot = params.moved != 0 && !after_pilot.is_empty();
     let pilot_count = if has_pilot { params.light_path_count / PILOT } else { 0 };
@@ -48,10 +55,14 @@ pub fn frame_steps(
         steps.extend(batches(params, 0..pilot_count).flat_map(&shoot));
         steps.extend(after_pilot.iter().flat_map(|learn| learn(params)));
     }
+
+    // Shoot and gather the other light paths
     steps.extend(batches(params, pilot_count..params.light_path_count).flat_map(&shoot));
     if shoots {
         steps.extend(parts.steps(|stage| stage.after_gather, params));
     }
+
+    // Resolve and display
     steps.push(Step::new(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
     if shoots {
         steps.extend(parts.steps(|stage| stage.after_resolve, params));
@@ -60,17 +71,17 @@ pub fn frame_steps(
     steps
 }
 
-/// The steps before a frame before which something moved. They run with the settings of the last frame, in the scene of this one.
+/// Steps that precede a frame after something moved. They run with the settings of the last frame, in the scene of this one.
 pub fn look_back(parts: Parts, params: &FrameParams) -> Vec<Step> {
     parts.steps(|stage| stage.look_back, params)
 }
 
-/// Light paths whose photons the photon buffers hold.
+/// Light paths whose photons fit the photon buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Batch {
-    /// The first.
+    /// Index of the first light path.
     pub first: u32,
-    /// So many.
+    /// Number of light paths.
     pub count: u32,
 }
 
@@ -81,26 +92,26 @@ impl Batch {
     }
 }
 
-/// Once a frame, after `collect`.
+/// Steps of a gather that run once a frame, after `collect`.
 pub fn prepare(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
     gather.frame.iter().map(|&stage| step(gather, stage, params)).collect()
 }
 
-/// For each batch of light paths: shoots them, builds what is built over photons, gathers.
+/// Steps for each batch of light paths: shoot, build the index over photons, gather.
 pub fn batch(parts: Parts, params: &FrameParams, batch: Batch) -> Vec<Step> {
     let mut steps = shoot(parts.emission, batch);
     steps.extend(exchange(parts.gather, params));
     steps
 }
 
-/// Builds what is built over the photons that are stored, and gathers them.
+/// Steps that build the index over the stored photons, and gather them.
 pub fn exchange(gather: &'static Variant, params: &FrameParams) -> Vec<Step> {
     let mut steps: Vec<Step> = gather.batch.iter().map(|&stage| step(gather, stage, params)).collect();
     steps.push(Step::dispatch(gather.gather, over(Over::searchers(gather.side), params)));
     steps
 }
 
-/// Shoots a batch of light paths and stores their photons.
+/// Steps that shoot a batch of light paths and store their photons.
 pub fn shoot(emission: &Emission, batch: Batch) -> Vec<Step> {
     vec![Step::Clear { buffer: "photon_state" }, Step::dispatch(emission.shoot, batch.dispatch())]
 }
@@ -111,7 +122,7 @@ fn batches(params: &FrameParams, paths: Range<u32>) -> impl Iterator<Item = Batc
     paths.step_by(max_count as usize).map(move |first| Batch { first, count: max_count.min(end - first) })
 }
 
-/// A dispatch over so much; over photons, over those that there are.
+/// Dispatch over a range. One over photons is limited to the stored photons.
 pub fn over(over: Over, params: &FrameParams) -> Dispatch {
     let stored = u32::from(over == Over::Photons);
     Dispatch { count: over.extent(params), stored, ..Dispatch::default() }
@@ -132,7 +143,7 @@ fn step(gather: &'static Variant, stage: Stage, params: &FrameParams) -> Step {
     }
 }
 
-/// What kind of work the step of a label does, of all that frames can consist of.
+/// Kind of work of the step with a label, among the steps of all frames.
 pub fn work(label: &str) -> Option<Work> {
     static WORK: LazyLock<BTreeMap<String, Work>> =
         LazyLock::new(|| all_steps().iter().filter_map(|step| Some((step.label(), step.work()?))).collect());
@@ -243,8 +254,8 @@ mod tests {
         state
     }
 
-    /// Of stages by a mask: path history, bound, widen, balance, auxiliary layers. From the commit before `FrameStage`, when
-    /// each stage was a boolean of `Parts` and an `if` of `frame_steps`.
+    /// Expected hashes by a mask of stages: path history, bound, widen, balance, auxiliary layers. They are from the commit
+    /// before `FrameStage`, when each stage was a boolean of `Parts` and an `if` of `frame_steps`.
     const HASHES: [u64; 32] = [
         0xeb65_8392_3ce3_cc5d,
         0x795b_0d2c_ccd4_3b85,
@@ -281,7 +292,7 @@ mod tests {
     ];
 
     #[test]
-    fn stages_give_the_steps_of_the_booleans_that_they_replace() {
+    fn stages_give_the_steps_of_the_booleans_that_they_replaced() {
         for (mask, expected) in (0..).zip(HASHES) {
             assert_eq!(steps_hash(mask), expected, "stages {mask:#07b}");
         }

@@ -1,10 +1,13 @@
-//! `splat.kim2019`: adds each photon to the one pixel that it is seen in, if that pixel sees the point where it lies.
+//! `splat.kim2019`: adds each photon to the one pixel that it projects to, if that pixel sees the photon's position.
 //!
-//! Source: [Kim 2019, Caustics using screen-space photon mapping, Ray Tracing Gems, ch. 30]. Cost: a projection a photon,
-//! whatever the number of pixels. Where it is wrong: receivers are primary surfaces only, so that caustics in mirrors,
-//! through glass and off glossy surfaces are missing; a pixel is a sharp box, so that few light paths are grains; light
-//! leaks between surfaces whose distances from the eye agree within 1 %. Beyond that a pixel at a slant takes the depth of
-//! its plane, where its neighbours see that plane too.
+//! Source: [Kim 2019, Caustics using screen-space photon mapping, Ray Tracing Gems, ch. 30]. Beyond the published test of depths,
+//! a pixel at a slant takes the depth of its plane, where its neighbours see that plane too.
+//!
+//! Cost: a projection a photon, whatever the number of pixels.
+//!
+//! Limitations: receivers are primary surfaces only, so caustics in mirrors, through glass and off glossy surfaces are missing. A
+//! pixel is a sharp box, so few light paths show as grains. Light leaks between surfaces whose distances from the eye agree
+//! within 1 %.
 
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
@@ -29,18 +32,18 @@ use crate::platform::{AtomicWords, Atomics};
 use crate::surface::textured::material_of;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// Largest difference between the distances of a photon and of the surface that its pixel sees, relative to either.
+/// Largest difference between the distances of a photon and of the surface that its pixel sees, relative to the photon's.
 const DISTANCE_TOLERANCE: f32 = 0.01;
 /// Smallest cosine that a pixel is projected with.
 const MIN_COS: f32 = 0.01;
 
-/// Area of a pixel on the tangent plane of the photon.
+/// Kind of area of a pixel: its footprint on the tangent plane of the photon.
 pub const AREA_FOOTPRINT: u32 = 0;
-/// Kim's area of a pixel: on a sphere about the eye through the photon, (d f_w / (f W)) (d f_h / (f H)).
+/// Kind of area of a pixel: Kim's, on a sphere about the eye through the photon, (d f_w / (f W)) (d f_h / (f H)).
 pub const AREA_FACING: u32 = 1;
 
 #[cfg(not(target_arch = "spirv"))]
-/// With the area of a pixel's footprint on the surface: conserves energy.
+/// Kim 2019 with the area of a pixel's footprint on the surface, which conserves energy.
 pub const KIM2019: Method = Method {
     name: "kim2019",
     description: "Kim 2019: photons splatted to the pixels that see them directly",
@@ -58,7 +61,8 @@ pub const KIM2019: Method = Method {
 };
 
 #[cfg(not(target_arch = "spirv"))]
-/// With Kim's own area of a pixel, which faces the eye: too bright where the surface does not, by 1 / cos.
+/// Kim 2019 with the published area of a pixel, which faces the eye. It is too bright by 1 / cos where the surface does not face
+/// the eye.
 pub const KIM2019_FACING: Method = Method {
     name: "kim2019-facing",
     description: "the same with Kim's area of a pixel, which ignores the surface's slant",
@@ -99,6 +103,7 @@ pub fn splat_kim2019(
     pixel_weights: &[f32],
     #[len = 0] mut start_scores: AtomicWords<'_>,
 ) {
+    // Project the photon into the image
     let photon = photon_geometry[index as usize];
     let to = photon.position - params.camera.position;
     let (is_seen, position_px) = raster_position(to, params);
@@ -108,11 +113,11 @@ pub fn splat_kim2019(
     let pixel = pixel_of(position_px, params);
     let point = point_geometry[pixel as usize];
     let distance = to.length();
-    // The pixel's first surface must be the one whose light is collected.
+    // Accept the photon if its pixel collects light at its first surface, and sees it there.
     let is_primary = point.depth == 1 && photon.scatterings < params.max_bounces;
     if is_primary && agrees(&point, &photon, position_px, point_geometry, params) {
         let light = photon_light[index as usize];
-        // What lights the back of a thin wall does not light its front: `contribution` takes both ends above the face.
+        // Reject light on the back of a thin wall: `contribution` takes both ends above the face.
         if light.to_light.dot(point.normal) <= 0.0 {
             return;
         }
@@ -120,7 +125,7 @@ pub fn splat_kim2019(
         let material = material_of(&shading, materials, features);
         let roughness = params.specular_roughness;
         let value = contribution(&shading, material, &light, roughness, features);
-        // `resolve` divides by the disc.
+        // Add BSDF times flux over the area of the pixel; `resolve` divides by the disc.
         let disc = PI * point.radius * point.radius;
         let value = value * (disc / area(&photon, to, distance, dispatch.level, params));
         let sum = GatheredSum::new(value, params.inverse_quantum());
@@ -133,10 +138,10 @@ pub fn splat_kim2019(
     }
 }
 
-/// Whether a photon, seen at `position_px`, lies on the surface that its pixel sees in `point`: as far from the eye, or on the plane
-/// that the pixels next to it on that side, in its row and in its column, see too. At a slant a pixel reaches over far more
-/// of its distance than the tolerance. What lies between points of one plane that are seen is seen; beyond the last of them
-/// something may stand before it, as a wall does.
+/// Whether a photon, seen at `position_px`, lies on the surface that its pixel sees in `point`. It does if it is as far from the
+/// eye as `point`. It also does if it lies on the plane of `point`, and the next pixels on its side, in row and column, see that
+/// plane. A pixel at a slant spans distances far above the tolerance. Nothing hides a position between visible points of one
+/// plane; beyond the last of them something may, as a wall does.
 #[inline(always)]
 fn agrees(
     point: &PointGeometry,
@@ -153,7 +158,7 @@ fn agrees(
     if !is_on_plane(point, photon.position, photon.normal, eye) {
         return false;
     }
-    // At the edge of the image a pixel is beside itself.
+    // At the edge of the image a pixel is its own neighbour.
     let (_, own) = raster_position(point.position - eye, params);
     let pixel = pixel_of(position_px, params);
     let (column, row) = (pixel % params.width, pixel / params.width);
@@ -162,14 +167,14 @@ fn agrees(
     sees_plane(point, in_row, points, eye) && sees_plane(point, in_column, points, eye)
 }
 
-/// The column or row before or behind one of `count`.
+/// Column or row before or behind `index`, clamped to `count` of them.
 #[inline(always)]
 fn beside(index: u32, before: bool, count: u32) -> u32 {
     if before { index.max(1) - 1 } else { (index + 1).min(count - 1) }
 }
 
-/// Whether a position lies on the plane through a point, which leans by the mean of both normals, and so follows what is a
-/// little curved: within the tolerance of where the eye's ray to the position meets it.
+/// Whether a position lies on the plane through a point, within the tolerance along the eye's ray to the position. The plane
+/// leans by the mean of both normals, and so follows slightly curved surfaces.
 #[inline(always)]
 fn is_on_plane(point: &PointGeometry, position: Vec3, normal: Vec3, eye: Vec3) -> bool {
     let normals = point.normal + normal;
@@ -178,14 +183,14 @@ fn is_on_plane(point: &PointGeometry, position: Vec3, normal: Vec3, eye: Vec3) -
     point.normal.dot(normal) > 0.0 && height.abs() <= DISTANCE_TOLERANCE * (position - eye).dot(normals).abs()
 }
 
-/// Whether pixel `beside` sees the plane through a point directly.
+/// Whether the first surface of pixel `beside` lies on the plane through a point.
 #[inline(always)]
 fn sees_plane(point: &PointGeometry, beside: u32, points: &[PointGeometry], eye: Vec3) -> bool {
     let other = points[beside as usize];
     other.depth == 1 && is_on_plane(point, other.position, other.normal, eye)
 }
 
-/// Whether what lies in a direction from the eye is in the image, and where (px).
+/// Whether a direction from the eye is in the image, and its position there (px).
 #[inline(always)]
 fn raster_position(to: Vec3, params: &FrameParams) -> (bool, Vec2) {
     let (is_before, at) = params.camera.on_plane(to);
@@ -204,7 +209,7 @@ fn pixel_of(position_px: Vec2, params: &FrameParams) -> u32 {
 #[inline(always)]
 fn area(photon: &PhotonGeometry, to: Vec3, distance: f32, kind: u32, params: &FrameParams) -> f32 {
     let Camera { right, up, forward, .. } = params.camera;
-    // That of a pixel a metre before the eye.
+    // Area of a pixel a metre before the eye.
     let Window { film_width, film_height, .. } = params.window;
     let pixel = 4.0 * right.length() * up.length() / (film_width * film_height) as f32;
     if kind == AREA_FACING {
@@ -230,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_falls_into_the_pixel_whose_ray_it_is() {
+    fn a_direction_projects_to_the_pixel_of_its_ray() {
         let params = params();
         for pixel in 0..1200 {
             let (column, row) = ((pixel % 40) as f32 + 0.3, (pixel / 40) as f32 + 0.7);
@@ -244,8 +249,8 @@ mod tests {
         assert!(!raster_position(Vec3::new(0.81, 0.0, -1.0), &params).0);
     }
 
-    /// From an eye a metre above a floor, looking along it: the middle pixel of three by three sees the floor 5 m ahead, the
-    /// one above it 7 m ahead and the one below it 4 m.
+    /// An eye a metre above a floor, looking along it, with three by three pixels. The middle pixel sees the floor 5 m ahead, the
+    /// pixel above it 7 m ahead and the pixel below it 4 m ahead.
     fn floor() -> (FrameParams, [PointGeometry; 9]) {
         let camera = Camera {
             position: Vec3::Y,
@@ -279,8 +284,8 @@ mod tests {
         )
     }
 
-    /// Two points of one pixel, a tenth of their distance apart, are on one surface; what floats above the floor, or hangs
-    /// below it with its face down, is not.
+    /// Two points of one pixel, a tenth of their distance apart, are on one surface. A point that floats above the floor, or
+    /// hangs below it with its face down, is not on it.
     #[test]
     fn a_pixel_at_a_slant_has_the_depth_of_its_plane() {
         let at = |position, normal| takes(&floor().1, position, normal);
@@ -291,7 +296,7 @@ mod tests {
         assert!(at(Vec3::new(5.0, 0.05, 0.0), Vec3::Y), "the published tolerance stays");
     }
 
-    /// A wall stands on the floor 5.2 m ahead, or to the right, so that the next pixel sees it; or a mirror does.
+    /// A wall or a mirror stands on the floor 5.2 m ahead, or to the right, so that the next pixel sees it.
     #[test]
     fn a_plane_ends_where_the_next_pixel_sees_something_else() {
         let (_, floor) = floor();
@@ -307,7 +312,7 @@ mod tests {
         }
     }
 
-    /// The footprints of all pixels on a plane across the whole view add up to what of it is seen.
+    /// The footprints of all pixels on a plane across the whole view add up to the visible area of the plane.
     #[test]
     fn footprints_tile_a_plane() {
         let params = params();
@@ -322,13 +327,13 @@ mod tests {
             let photon = PhotonGeometry { normal, ..PhotonGeometry::default() };
             let area_of = |kind| area(&photon, to, to.length(), kind, &params);
             sum += area_of(AREA_FOOTPRINT);
-            // Kim's leaves out the slant, and that the corners of a flat film are smaller from the eye.
+            // Kim's area leaves out the slant, and that the corners of a flat film are smaller from the eye.
             let slant = normal.dot(to).abs() / to.length();
             let off_axis = to.dot(forward) / to.length();
             let ratio = area_of(AREA_FACING) / area_of(AREA_FOOTPRINT);
             assert!((ratio * off_axis.powi(3) / slant - 1.0).abs() < 1.0e-4, "{ratio}");
         }
-        // The trapezoid that is seen: x = 4 s / (1 + s / 2) for s = -0.8 and 0.8, heights 1.2 of the depths there.
+        // The visible trapezoid: x = 4 s / (1 - s / 2) for s = -0.8 and 0.8, heights 1.2 of the depths there.
         let edge = |s: f32| (4.0 * s / (1.0 - 0.5 * s), 4.0 / (1.0 - 0.5 * s));
         let ((x0, d0), (x1, d1)) = (edge(-0.8), edge(0.8));
         let slanted = (x1 - x0) / normal.z;

@@ -1,4 +1,4 @@
-//! What a method is.
+//! Methods as data: settings, and the parts and stages of a frame.
 
 use crate::declare::{Denoiser, Emission, FrameStage, History, Step, Steps, equal_by_name};
 use crate::gather::variant::Variant;
@@ -25,8 +25,8 @@ pub struct Method {
     pub limitations: &'static str,
     /// Whether it makes collection points that photons are brought to; else all its light is in one layer.
     pub gathers: bool,
-    /// Whether a history may reuse light of its points in the next frame: discs that shrink from frame to frame, and what
-    /// is spread by other kernels than discs, have nothing to reuse.
+    /// Whether a history may reuse light of its points in the next frame. Discs that shrink from frame to frame, and photons that
+    /// are spread by other kernels than discs, give it nothing to reuse.
     pub supports_history: bool,
     /// Whether a gather variant is chosen for it; else it brings photons and points together in its own way.
     pub chooses_gather: bool,
@@ -34,18 +34,18 @@ pub struct Method {
     pub chooses_emission: bool,
     /// Whether its frames are averaged towards the reference: nothing is bounded in them.
     pub converges: bool,
-    /// Which level of its textures a camera prefix sees where nobody asks for another.
+    /// Texture filter of a camera prefix, unless the user chooses another.
     pub texture_filter: TextureFilter,
-    /// Buffers of its own in which something outlives its frame, those of histories aside.
+    /// Buffers of its own that outlive a frame, without those of histories.
     pub keeps: &'static [&'static str],
     /// The settings of the frame of this index, made of those of the run.
     pub frame: fn(FrameParams, u32) -> FrameParams,
-    /// The steps of a frame; what they bind is what is allocated.
+    /// Steps of a frame. The host allocates the buffers that they bind.
     pub steps: fn(Parts, &FrameParams) -> Vec<Step>,
 }
 
 impl Method {
-    /// The buffers in which something of a frame made of these parts outlives it; empty: frames do not depend on each other.
+    /// Buffers that outlive a frame made of these parts; empty if frames do not depend on each other.
     pub fn kept(&self, parts: Parts) -> impl Iterator<Item = &'static str> + use<> {
         let of_stages = parts.all_stages().flat_map(|stage| stage.keeps);
         [self.keeps, parts.history.keeps].into_iter().flatten().chain(of_stages).copied()
@@ -58,7 +58,7 @@ impl Method {
         steps
     }
 
-    /// Whether its light paths can start so.
+    /// Whether its light paths can start by this emission.
     pub fn takes_emission(&self, emission: &Emission) -> bool {
         self.chooses_emission || *emission == emission::POWER
     }
@@ -71,7 +71,7 @@ pub struct Parts {
     pub gather: &'static Variant,
     /// Light of the previous frame that is reused.
     pub history: &'static History,
-    /// What smooths the path-traced part.
+    /// Filter that smooths the path layer.
     pub denoiser: &'static Denoiser,
     /// How light paths start.
     pub emission: &'static Emission,
@@ -109,8 +109,8 @@ fn index(stage: &FrameStage) -> usize {
 }
 
 impl Parts {
-    /// All stages of a frame, in the order in which they run within a slot: those that are switched on, those that they need, and that
-    /// of the emission.
+    /// All stages of a frame, in the order in which they run within a slot. They are those that are switched on, those that these
+    /// need, and the emission's.
     pub fn all_stages(&self) -> impl Iterator<Item = &'static FrameStage> + use<> {
         let is_on = |stage: &FrameStage| self.stages.has(stage);
         let emission = &self.emission.stage;

@@ -1,5 +1,7 @@
-//! `reference`: plain path tracing of everything, a sample a pixel. It is `collect` that follows specular lobes behind the
-//! collection point too, and so finds at random what light paths and the gather find on purpose. Unbiased.
+//! `reference`: path tracing of all light, one sample a pixel. It is `collect` with a camera suffix that follows specular lobes,
+//! too. So it finds at random the light that light paths and the gather find on purpose. Unbiased.
+//!
+//! Cost: a camera path a pixel. Limitations: caustics are noisy, and those of lights without extent are missing.
 
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
@@ -22,7 +24,7 @@ use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
 #[cfg(not(target_arch = "spirv"))]
-/// See the head of the file.
+/// Path tracing of all light: the estimator of the reference.
 pub const PATH: Method = Method {
     name: "path",
     description: "path tracing of everything, one path a pixel: the reference's estimator",
@@ -41,7 +43,7 @@ pub const PATH: Method = Method {
     },
 };
 
-/// Paths of the reference, a pixel an invocation.
+/// Traces the paths of the reference, one pixel an invocation.
 #[pass(name = "reference", over = params.pixel_count(), work = Camera, shared_entry)]
 pub fn reference(
     index: u32,

@@ -1,12 +1,13 @@
-//! Progressive photon mapping with stochastic collection points: frames of OurBasic whose radii shrink, averaged. Each
-//! frame is an estimate of its own, so that its radius needs nothing but its index [Knaus and Zwicker 2011, Progressive
-//! photon mapping: a probabilistic approach]; camera paths are sampled anew every frame [Hachisuka and Jensen 2009]. Frames are
-//! independent where nothing learns; where emissions or numbers of light paths go by earlier frames, they are uncorrelated; where
-//! discs do (`--radius-px auto`), their bias is not.
+//! Progressive photon mapping [Knaus and Zwicker 2011, Progressive photon mapping: a probabilistic approach] with stochastic
+//! collection points: averages frames of OurBasic whose radii shrink. Each frame is an estimate of its own, so its radius depends
+//! on its index alone. Camera paths are sampled anew every frame [Hachisuka and Jensen 2009]. Frames are independent where
+//! nothing learns. They are uncorrelated where emissions or numbers of light paths depend on earlier frames. Where discs do
+//! (`--radius-px auto`), their bias is correlated.
 //!
-//! Cost: that of OurBasic. Consistent: the blur of a disc falls with its area as N^(alpha - 1), the variance of the mean
-//! as N^-alpha, so with alpha = 2/3 the mean square error of smooth light falls as N^(-2/3). Wrong at any finite N: light is
-//! still blurred by the last radii, and halved within them at borders.
+//! Cost: as OurBasic. Consistent: the blur of a disc falls with its area as N^(alpha - 1), the variance of the mean as N^-alpha.
+//! With alpha = 2/3 the mean square error of smooth light falls as N^(-2/3).
+//!
+//! Limitations: at any finite N, light is still blurred by the last radii, and halved within them at borders.
 #![cfg(not(target_arch = "spirv"))]
 
 use crate::interface::choice::TextureFilter;
@@ -14,7 +15,7 @@ use crate::interface::frame::FrameParams;
 use crate::method::Method;
 use crate::method::basic::steps;
 
-/// See the head of the file.
+/// Progressive photon mapping: OurBasic with radii that shrink.
 pub const PROGRESSIVE: Method = Method {
     name: "progressive",
     description: "progressive photon mapping: OurBasic with radii that shrink over --frames",

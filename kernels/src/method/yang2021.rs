@@ -1,8 +1,13 @@
-//! `shoot.yang2021`: traces light sub-paths with their differentials and spreads each photon over the pixels around it
-//! [Yang and Ouyang 2021]. Receivers are primary surfaces: points at camera vertex 1.
+//! `shoot.yang2021`: traces light sub-paths with their differentials and spreads each photon over the pixels around it [Yang and
+//! Ouyang 2021]. Receivers are primary surfaces: points at camera vertex 1.
 //!
-//! What a photon gives is added to the sums of collection points as gathers do, times pi R^2 of the point, which `resolve`
-//! divides by.
+//! A photon's contribution is added to the sums of collection points, as in a gather. It is scaled by pi R^2 of the point, by
+//! which `resolve` divides.
+//!
+//! Cost: OurBasic's light paths and the pixels of their ellipses; no index, no stored photon.
+//!
+//! Limitations: only primary surfaces receive. An ellipse blurs, and at borders and thin walls part of it is lost or leaks. The
+//! extent of a light, normal maps and diffuse bounces do not widen it.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -48,7 +53,7 @@ pub mod density;
 pub mod footprint;
 
 #[cfg(not(target_arch = "spirv"))]
-/// See the head of the file.
+/// Adaptive anisotropic photon scattering, guided by feedback.
 pub const YANG2021: Method = Method {
     name: "yang2021",
     description: "adaptive anisotropic photon scattering: ellipses on primary surfaces, guided by feedback",
@@ -74,7 +79,7 @@ fn steps(parts: Parts, params: &FrameParams) -> Vec<Step> {
 }
 
 #[cfg(not(target_arch = "spirv"))]
-/// The density map of this frame.
+/// Steps that make the density map of this frame.
 fn prepare(params: &FrameParams) -> Vec<Step> {
     let sum = |level| {
         let count = DensityPyramid::count(level, map_count(params.light_count));
@@ -86,7 +91,7 @@ fn prepare(params: &FrameParams) -> Vec<Step> {
     steps
 }
 
-/// Light paths, one an invocation; photons are spread over the image.
+/// Traces light paths, one an invocation, and spreads their photons over the image.
 #[pass(name = "shoot.yang2021", over = params.light_path_batch, work = Light)]
 pub fn shoot_yang2021(
     index: u32,
@@ -120,9 +125,9 @@ pub fn shoot_yang2021(
     spread.path_state.total().tally(counters);
 }
 
-/// Spread of a footprint behind a diffuse bounce (rad): neighbours there go anywhere.
+/// Spread of a footprint behind a diffuse bounce (rad): neighbouring paths leave it in any direction.
 const DIFFUSE_SPREAD: f32 = 0.1;
-/// Share of a glossy lobe's spread that is a footprint's: the spread itself would blur twice.
+/// Share of a glossy lobe's spread that widens a footprint; the whole spread would blur twice.
 const LOBE_SHARE: f32 = 0.3;
 /// 1 / quantum of a texel's feedback [1/px].
 pub const FEEDBACK_INVERSE_QUANTUM: f32 = 256.0;
@@ -137,22 +142,22 @@ pub struct Spread<'a, A, F> {
     pub point_shading: &'a [PointShading],
     /// Sums by pixel.
     pub accumulator: A,
-    /// What photons tell the density map, by texel.
+    /// Feedback of photons to the density map, by texel.
     pub feedback: F,
     /// Settings.
     pub params: &'a FrameParams,
-    /// What the scene needs.
+    /// Code that is compiled in.
     pub features: Features,
-    /// What the path takes along.
+    /// State of the path.
     pub path_state: LightPathState<'a>,
 }
 
-/// Words that a path takes along.
+/// Number of words of a path's state.
 const WORDS: usize = 26;
-/// Those of an array that AMD's compiler does not keep in registers.
+/// Number of words of its array; AMD's compiler does not keep an array of this size in registers.
 const ROOM: usize = 3 * WORDS;
 
-/// What a path takes along, in memory: a GPU has few registers beside those of the path itself.
+/// State of a light path, in memory: a GPU has few registers left beside those of the path itself.
 pub struct LightPathState<'a> {
     words: &'a mut [u32; ROOM],
     record: Record<WORDS, ROOM>,
@@ -189,7 +194,7 @@ impl LightPathState<'_> {
         self.record.put(self.words, ROUGH + 1, differential.rough_spread.to_bits());
     }
 
-    /// Its arrival: the direction, the hit, whether that is at the front.
+    /// Arrival of the path: its direction, the hit, and whether it met the front.
     #[inline(always)]
     fn arrival(&self) -> (Vec3, Hit, bool) {
         let number = |word| f32::from_bits(self.record.take(self.words, word));
@@ -223,7 +228,7 @@ impl LightPathState<'_> {
         self.record.put(self.words, TEXEL, texel);
     }
 
-    /// How many photons were given, and what became of them.
+    /// Counts of the photons that were spread, clamped, and not finite.
     #[inline(always)]
     fn total(&self) -> GatheredSum {
         let count = self.record.take(self.words, TOTAL);
@@ -241,7 +246,7 @@ impl LightPathState<'_> {
 }
 
 impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
-    /// The unit `normal` with its changes where the path arrived.
+    /// Unit `normal`, with its derivatives where the path arrived.
     #[inline(always)]
     fn normals(
         &self,
@@ -255,7 +260,7 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
         NormalDerivatives { normal, by_u, by_v }
     }
 
-    /// Gives to one pixel; whether it took.
+    /// Adds a photon to the point of one pixel. Returns whether the point took it.
     #[inline(always)]
     fn give(
         &mut self,
@@ -283,7 +288,7 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
     }
 }
 
-/// Whether a primary point may take a photon: on the same side of the same surface, and short enough a path.
+/// Whether a primary point may take a photon: both are on the same side of the same surface, and their path is short enough.
 #[inline(always)]
 fn takes(point: &PointGeometry, photon: &PhotonGeometry, footprint: &Footprint, max_bounces: u32) -> bool {
     let along = photon.position - point.position;
@@ -320,10 +325,12 @@ impl<A: Atomics, F: Atomics> PhotonSink for Spread<'_, A, F> {
     #[inline(always)]
     fn store_photon(&mut self, _path_state: &mut (), geometry: PhotonGeometry, light: PhotonLight) {
         let differential = self.path_state.differential();
+        // Project the ellipse of the photon into the image
         let footprint = Footprint::new(geometry.position, geometry.normal, &differential, self.params);
         if footprint.area_px == 0.0 {
             return;
         }
+        // Add the photon to the pixels that may see its ellipse
         let mut taken = false;
         let mut row = footprint.first_row;
         while row <= footprint.last_row {
@@ -335,6 +342,7 @@ impl<A: Atomics, F: Atomics> PhotonSink for Spread<'_, A, F> {
             }
             row += 1;
         }
+        // Feed the size of the ellipse back to the density map
         if taken {
             let first = self.path_state.texel() * FEEDBACK_WORDS;
             let area = footprint.area_px;
@@ -349,11 +357,12 @@ impl<A: Atomics, F: Atomics> PhotonSink for Spread<'_, A, F> {
         let sampled = &scattered.sampled;
         let direction = scattered.ray.direction;
         let mut differential = self.path_state.differential();
+        // Widen the footprint at a diffuse bounce
         if sampled.class == Classes::NON_SPECULAR {
             self.path_state.set_differential(&differential.roughen(DIFFUSE_SPREAD, true));
             return;
         }
-        // The facet that turned the path: of a rough surface, the one that it met.
+        // Reflect or refract the differential at the facet that turned the path; on a rough surface, the one that it met.
         let (arriving, hit, front) = self.path_state.arrival();
         let unrefracted = sampled.straight || (sampled.transmitted && sampled.eta == 1.0);
         if !sampled.transmitted {
@@ -366,6 +375,7 @@ impl<A: Atomics, F: Atomics> PhotonSink for Spread<'_, A, F> {
             let normals = self.normals(&differential, &hit, front, facet * side);
             differential = differential.refract(arriving, direction, normals, sampled.eta);
         }
+        // Widen the footprint by the spread of a rough lobe
         if sampled.roughness > 0.0 {
             let spread = LOBE_SHARE * lobe_variance(sampled.roughness).sqrt();
             differential = differential.roughen(spread, false);

@@ -1,10 +1,11 @@
-//! `balance.*`: how many light paths the next frame shoots, so that its time serves the image best.
+//! `balance.*`: chooses the number of light paths of the next frame, so that a frame's time reduces the noise most.
 //!
-//! A frame whose camera paths cost C leaves the variance V, and n light paths that cost c each leave A / n. What the time of
-//! a frame buys, (V + A / n) (C + n c), is least at n^2 = A C / (V c). V is measured by the distances of pixels from
-//! their neighbours, A by the squares of photons, costs are counted: no clock is asked, so that a run repeats to the bit.
-//! What is found in a frame is for those after it, so that every frame is unbiased and frames may be averaged. What a history
-//! reuses for caustics is not seen: with one, fewer light paths would do.
+//! Camera paths of a frame cost C and leave the variance V; n light paths at the cost c each leave A / n. The product of variance
+//! and cost, (V + A / n) (C + n c), is smallest at n^2 = A C / (V c). V is measured by the differences of pixels from their
+//! neighbours, A by the squares of photons. Costs are counted rather than timed, so that a run repeats to the bit. Later frames
+//! use the result, so that every frame is unbiased and frames may be averaged.
+//!
+//! Limitations: light that a history reuses for caustics is not accounted for; with a history, fewer light paths would do.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -26,7 +27,7 @@ use crate::pass::weigh::WEIGH;
 use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// The number of light paths of the next frame.
+/// Stage that chooses the number of light paths of the next frame.
 #[cfg(not(target_arch = "spirv"))]
 pub const BALANCE: FrameStage = FrameStage {
     after_resolve: |params| vec![Step::new(&BALANCE_ROWS, params), Step::new(&BALANCE_PATHS, params)],
@@ -35,22 +36,22 @@ pub const BALANCE: FrameStage = FrameStage {
     ..FrameStage::new("balance")
 };
 
-/// Share of what earlier frames of a still view said that counts on: eight frames even out what one sees of rare paths.
+/// Share of earlier measurements that counts on in a still view: eight frames average out rare paths.
 const KEEP: f32 = 0.875;
-/// What a ray of a light path costs, its start and its photons included (rays of camera paths). This and what follows were
+/// Cost of a ray of a light path, its start and its photons included (rays of camera paths). This and the other costs were
 /// measured on a CPU, in six scenes.
 const LIGHT_RAY: f32 = 2.3;
-/// What a photon costs that is stored and searched with (rays of camera paths).
+/// Cost of a photon that is stored and searched with (rays of camera paths).
 const PHOTON: f32 = 1.0;
-/// What a pair of photon and point costs (rays of camera paths).
+/// Cost of a pair of photon and point (rays of camera paths).
 const PAIR: f32 = 0.6;
-/// What is above this is no variance: light without bounds.
+/// Largest variance that is used; light without bounds is above it.
 const MAX_VARIANCE: f32 = 1.0e30;
-/// Numbers of light paths are powers of this, so that roundings of a device seldom decide.
+/// Ratio of neighbouring numbers of light paths, so large that roundings of a device seldom decide.
 const GRAIN: f32 = core::f32::consts::SQRT_2;
 
-/// For each row the variance of what camera paths and what light paths found, as means over its pixels: of camera paths by the
-/// distance from neighbours, of light paths by their photons.
+/// Means over the pixels of each row: the variance of camera paths, by the difference from neighbours, and that of light paths,
+/// by their photons.
 #[pass(name = "balance.rows", over = params.height, work = Guide)]
 pub fn balance_rows(
     row: u32,
@@ -72,8 +73,8 @@ pub fn balance_rows(
         if point.exists() {
             let (value, count) = GatheredSum::read(accumulator, pixel, params.quantum);
             let light = mean(estimate_radiance(point, &point_shading[pixel as usize], value));
-            // The sum of the squares of equal photons. What the camera chose is the same for all of them, so that its noise,
-            // which no number of light paths lowers, is not in it.
+            // Take the sum of the squares of equal photons. The camera path is the same for all of them: its noise, which no
+            // number of light paths lowers, is left out.
             caustics = light * light / count.max(1) as f32;
         }
         sum += Vec2::new(path, caustics) * pixel_weights[pixel as usize];
@@ -82,9 +83,9 @@ pub fn balance_rows(
     balance_rows.write(row, sum / params.width as f32);
 }
 
-/// The square of a pixel's distance from the mean of the two beside it, or of those above and below, the lesser: an edge along
-/// either axis is in one of them, noise in both. Of rare bright samples it is the variance; of normal ones less, by a fifth; of
-/// what a denoiser has spread, less than that.
+/// Smaller square of two differences of a pixel. One is from the mean of the two pixels beside it, one from the mean of those
+/// above and below. An edge along either axis is in one of them, noise in both. For rare bright samples the square is the
+/// variance. For normal samples it is a fifth less, and for light that a denoiser has spread still less.
 #[inline(always)]
 fn square_from_neighbours(column: u32, row: u32, path_radiance: &[Vec3], params: &FrameParams) -> f32 {
     let light = |column: u32, row: u32| mean(path_radiance[(row * params.width + column) as usize]);
@@ -102,7 +103,7 @@ fn square_from_neighbours(column: u32, row: u32, path_radiance: &[Vec3], params:
     }
 }
 
-/// The light paths of the next frame: as many as of this one where it shows nothing to judge by.
+/// Chooses the light paths of the next frame. Keeps their number where this frame shows no usable variance.
 #[pass(name = "balance.paths", over = 1, work = Guide)]
 pub fn balance_paths(
     _index: u32,
@@ -114,6 +115,7 @@ pub fn balance_paths(
 ) {
     let count = |counter: Counter| counters[counter as usize] as f32;
     let light_paths = params.light_path_count as f32;
+    // Average the variance over the rows
     let mut variance = Vec2::ZERO;
     let mut row = 0;
     while row < params.height {
@@ -125,20 +127,21 @@ pub fn balance_paths(
         next.light_paths = params.light_path_count;
     }
     let seen = variance.x + variance.y * light_paths;
-    // What emissions bring that know nothing yet says nothing of those after it, nor does black.
+    // Skip the first frame, whose emissions know nothing yet, and black images.
     if pixel_sums[0].path_frames > 1.0 && seen > 0.0 && seen < MAX_VARIANCE {
         let keep = if params.moved != 0 { FADE } else { KEEP };
-        // Of validation paths, which start by power, few go on behind what they meet first.
+        // Few validation paths, which start by power, go on behind their first hit.
         let validation_cost = LIGHT_RAY * params.validation_path_count as f32;
         let camera_cost = count(Counter::CameraRays) + count(Counter::ShadowRays) + validation_cost;
         let light_cost =
             light_cost(count(Counter::LightRays), count(Counter::Photons), count(Counter::Gathered));
+        // Average variance and cost over frames
         next.path_variance = next.path_variance * keep + variance.x;
         next.caustic_variance = next.caustic_variance * keep + variance.y * light_paths;
         next.camera_cost = next.camera_cost * keep + camera_cost;
         next.light_cost = next.light_cost * keep + light_cost / light_paths;
         let pixels = params.pixel_count();
-        // Divide twice: products may overflow.
+        // Minimise variance times cost: n^2 = A C / (V c). Divide twice: products may overflow.
         let ratio = next.caustic_variance / next.path_variance * (next.camera_cost / next.light_cost);
         let best = if next.path_variance > 0.0 { ratio.sqrt() } else { (pixels * MAX_PATHS) as f32 };
         next.light_paths = grain(best, pixels);
@@ -146,13 +149,13 @@ pub fn balance_paths(
     balance.write(0, next);
 }
 
-/// What so many rays of light paths, photons, and pairs of photon and point cost (rays of camera paths).
+/// Cost of these numbers of rays of light paths, of photons, and of pairs of photon and point (rays of camera paths).
 #[inline(always)]
 pub fn light_cost(rays: f32, photons: f32, pairs: f32) -> f32 {
     LIGHT_RAY * rays + PHOTON * photons + PAIR * pairs
 }
 
-/// The number of light paths within the bounds that is nearest to the best.
+/// Number of light paths nearest to the best, on the grid of `GRAIN` within the bounds.
 #[inline(always)]
 fn grain(best: f32, pixels: u32) -> u32 {
     let max_paths = (pixels * MAX_PATHS) as f32;

@@ -1,8 +1,8 @@
-//! `bound.*`: a bound on rare bright samples of camera paths (fireflies), by the pixels around: what a single frame does without
-//! a history. It loses energy, so methods that converge have none.
+//! `bound.*`: bounds rare bright samples of camera paths (fireflies) by the pixels around, in single frames without a history.
+//! Limitations: it loses energy, so methods that converge do not use it.
 //!
-//! Bounded is what was found after the first non-delta bounce: a lamp in view, or seen in what is smooth, and
-//! direct light on what is seen so, are as steady as their surroundings are not.
+//! It bounds the light that was found after the first non-delta bounce. Light found before stays as it is: a light in view or in
+//! a mirror, and direct light on a surface seen so. It differs from its surroundings without being noise.
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
@@ -12,7 +12,7 @@ use crate::math::mean;
 use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// A bound on fireflies.
+/// Stage that bounds fireflies.
 #[cfg(not(target_arch = "spirv"))]
 pub const BOUND: FrameStage = FrameStage {
     after_collect: |params| vec![Step::new(&BOUND_LIMITS, params), Step::new(&BOUND_SAMPLES, params)],
@@ -20,12 +20,12 @@ pub const BOUND: FrameStage = FrameStage {
     ..FrameStage::new("bound")
 };
 
-/// A sample is at most this times the mean around it.
+/// Largest ratio of a sample to the mean around it.
 pub const MAX_OVER_MEAN: f32 = 8.0;
-/// Pixels to each side that are around.
+/// Number of pixels to each side in the mean around a sample.
 const AROUND: u32 = 2;
 
-/// The most that a pixel's samples may bring.
+/// Computes the limit of each pixel's sample.
 #[pass(name = "bound.limits", over = params.pixel_count(), work = Denoiser)]
 pub fn bound_limits(
     pixel: u32,
@@ -40,7 +40,7 @@ pub fn bound_limits(
     sample_limits.write(pixel, MAX_OVER_MEAN * around);
 }
 
-/// Takes what is above the limit from a pixel.
+/// Scales the sample of a pixel down to its limit.
 #[pass(name = "bound.samples", over = params.pixel_count(), work = Denoiser)]
 pub fn bound_samples(
     pixel: u32,

@@ -1,5 +1,5 @@
-//! `collect`: traces a camera path through each pixel. Its prefix of specular events ends at the collection point;
-//! beside it the path gathers all light that is no caustic.
+//! `collect`: traces a camera path through each pixel. Its prefix of specular events ends at the collection point. The path also
+//! gathers all light that is no caustic.
 
 use crate::declare::pass;
 use crate::interface::features::Features;
@@ -23,7 +23,7 @@ pub fn pixel_order(width: u32, height: u32) -> Vec<u32> {
     order
 }
 
-/// Camera paths, a pixel an invocation.
+/// Traces camera paths, one pixel an invocation.
 #[pass(name = "collect", over = params.pixel_count(), work = Camera, shared_entry)]
 pub fn collect(
     index: u32,
@@ -54,8 +54,8 @@ pub fn collect(
     run_camera_pass(collect, params, features, scene, tracer, counters);
 }
 
-/// The camera pass `collect`: light that is no caustic, and a collection point. The point is stored where it is found: the path behind it
-/// does not need it.
+/// The camera pass `collect`: light that is no caustic, and a collection point. The point is stored where it is found, since the
+/// path behind it does not need it.
 pub struct Collect<'a> {
     /// The pixel.
     pub pixel: u32,
@@ -63,7 +63,7 @@ pub struct Collect<'a> {
     pub params: &'a FrameParams,
     /// Code that is compiled in.
     pub features: Features,
-    /// `path_radiance`, by pixel as what follows is.
+    /// `path_radiance`, by pixel, as the buffers below.
     pub radiance: Slots<'a, Vec3>,
     /// `prefix_radiance`.
     pub prefix: Slots<'a, Vec3>,
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_order_of_pixels_is_a_permutation_of_tiles() {
+    fn pixel_order_is_a_permutation_by_tiles() {
         let order = pixel_order(17, 9);
         let mut sorted = order.clone();
         sorted.sort_unstable();

@@ -1,5 +1,5 @@
-//! `resolve`: photon density estimation, L = T a / (pi R^2) with the sum a of BSDF times flux over the photons of a
-//! point's disc [Jensen 1996; Hachisuka et al. 2008; pbrt: `SPPMIntegrator`].
+//! `resolve`: photon density estimation, L = T a / (pi R^2) [Jensen 1996; Hachisuka et al. 2008; pbrt: `SPPMIntegrator`]. T is
+//! the throughput of the prefix, a the sum of BSDF times flux over the photons in the point's disc.
 
 use crate::declare::pass;
 use crate::gather::accumulator::{self, GatheredSum};

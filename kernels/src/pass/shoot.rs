@@ -11,13 +11,13 @@ use crate::path::photon_sink::{PhotonSink, PhotonStore};
 use crate::platform::Atomics;
 use crate::trace::Tracer;
 
-/// The pass that shoots by an emission: `shoot_pass!("shoot.mine", |power, table: &[f32]| Mine { power, table })` declares
-/// `shoot` and `SHOOT`, which bind `table`, and `starts`, which reads it. The expression makes the emission (`Emit`) of a start by
-/// power and of its buffers. Passes of the shared entry point say `shared_entry` first.
+/// Declares the pass that shoots by an emission. `shoot_pass!("shoot.mine", |power, table: &[f32]| Mine { power, table })` makes
+/// `shoot` and `SHOOT`, which bind `table`, and `starts`, which reads it. The expression makes the emission (`Emit`) from a start
+/// by power and the buffers. Passes of the shared entry point begin with `shared_entry`.
 #[macro_export]
 macro_rules! shoot_pass {
     ($($shared_entry:ident)? $name:literal, |$power:ident $(, $buffer:ident: $type:ty)*| $emit:expr) => {
-        /// Light paths of a batch, one an invocation; photons are stored.
+        /// Traces the light paths of a batch, one an invocation, and stores their photons.
         #[$crate::declare::pass(name = $name, over = params.light_path_batch, work = Light $(, $shared_entry)?)]
         pub fn shoot(
             index: u32,
@@ -49,7 +49,7 @@ macro_rules! shoot_pass {
             $crate::pass::shoot::stored(path, params, features, scene, &$emit, tracer, store, counters);
         }
 
-        /// Hands on what starts the light paths of a frame, for who traces some of them again.
+        /// Passes the emission that starts the light paths of a frame to `then`, for callers that trace some of them again.
         #[cfg(not(target_arch = "spirv"))]
         pub fn starts(
             scene: $crate::interface::scene::SceneTables<'_>,

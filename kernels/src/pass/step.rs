@@ -1,5 +1,5 @@
-//! `step.*`: single steps on their own, for the parity tests: the same numbers must come out of every runner. There are as many
-//! as a batch has light paths.
+//! `step.*`: single steps of paths, for the parity tests: every runner must give the same numbers. There are as many steps as a
+//! batch has light paths.
 
 use crate::declare::pass;
 use crate::interface::NONE;

@@ -1,5 +1,5 @@
-//! `weigh.*`: how much an error of each pixel counts, by what it showed: what emissions that learn and shares of a frame's time
-//! go by. All of it is of earlier frames, and of what comes before the light paths that it is used for.
+//! `weigh.*`: weights of an error of each pixel, by the light that the pixel showed. Emissions that learn use them, and the
+//! balance of a frame's time. They depend on earlier frames and on passes before the light paths that use them.
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
@@ -13,7 +13,7 @@ use crate::pass::resolve::estimate_radiance;
 use crate::platform::Slots;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// Weights of an error of each pixel.
+/// Stage that weighs an error of each pixel.
 #[cfg(not(target_arch = "spirv"))]
 pub const WEIGH: FrameStage = FrameStage {
     // Add what camera paths found, and weigh pixels.
@@ -28,7 +28,7 @@ pub const WEIGH: FrameStage = FrameStage {
     ..FrameStage::new("weigh")
 };
 
-/// Weighs pixels once more, with what the pilot of the frame brought.
+/// Steps that weigh pixels once more, with the light of the frame's pilot.
 #[cfg(not(target_arch = "spirv"))]
 pub fn weigh_with_pilot(params: &FrameParams) -> Vec<Step> {
     steps_of(params, 1)
@@ -44,11 +44,11 @@ fn steps_of(params: &FrameParams, time: u32) -> Vec<Step> {
     ]
 }
 
-/// Share of what is known that counts on where something moved.
+/// Share of earlier light that counts on where something moved.
 pub const FADE: f32 = 0.5;
 
-/// Share of what so many frames said that counts on: all in a still view, and where something moved the half, but of a view that
-/// was still for long no more than a frame's worth.
+/// Share of the light of this number of frames that counts on: all of it in a still view. After something moved it is one half,
+/// but at most the worth of one frame.
 #[inline(always)]
 pub fn kept(frames: f32, params: &FrameParams) -> f32 {
     if params.moved == 0 {
@@ -60,16 +60,16 @@ pub fn kept(frames: f32, params: &FrameParams) -> f32 {
     }
 }
 
-/// Light of a pixel below which no error counts, relative to the mean of the image.
+/// Light that is added to a pixel's in its weight, relative to the mean of the image. It bounds the weight of dark pixels.
 const DARK: f32 = 0.1;
 /// Squares of light below this have no inverse in an f32.
 const MIN_SQUARE: f32 = 1.0e-37;
-/// Light of a frame counts as this at most (W m^-2 sr^-1): its square has an inverse.
+/// Largest light of a frame that counts (W m^-2 sr^-1): its square has an inverse.
 const MAX_LIGHT: f32 = 1.0e15;
-/// Pixels to each side whose light is a pixel's.
+/// Number of pixels to each side over which the light of a pixel is averaged.
 const AROUND: u32 = 2;
 
-/// Adds what camera paths found in each pixel, after what is known has faded.
+/// Lets earlier light fade, and adds the light of camera paths in each pixel.
 #[pass(name = "weigh.seen", over = params.pixel_count(), work = Guide)]
 pub fn weigh_seen(
     pixel: u32,
@@ -88,7 +88,7 @@ pub fn weigh_seen(
     pixel_sums.write(pixel, now);
 }
 
-/// Adds what light paths brought to each pixel.
+/// Adds the light of light paths in each pixel.
 #[pass(name = "weigh.learn", over = params.pixel_count(), work = Guide)]
 pub fn weigh_learn(
     pixel: u32,
@@ -100,7 +100,7 @@ pub fn weigh_learn(
     pixel_sums.write(pixel, PixelSum { caustics, caustic_frames: sum.caustic_frames + 1.0, ..sum });
 }
 
-/// The mean light of each pixel; at level 1 the pilot of the frame counts as the part of a frame that it is.
+/// Mean light of each pixel. Level 1 adds the pilot, as the part of a frame that it is.
 #[pass(name = "weigh.means", over = params.pixel_count(), work = Guide)]
 pub fn weigh_means(
     pixel: u32,
@@ -124,7 +124,7 @@ pub fn weigh_means(
     pixel_means.write(pixel, sum.mean());
 }
 
-/// The mean light of each row; at level 1 that of the image, and behind it the square of what it was relative to it.
+/// Mean light of each row. Level 1 makes that of the image, and behind it the square of the last mean over this one.
 #[pass(name = "weigh.rows", over = params.height, work = Guide)]
 pub fn weigh_rows(
     row: u32,
@@ -154,7 +154,8 @@ pub fn weigh_rows(
     }
 }
 
-/// How much an error of each pixel counts: 1 / (its light, or that around it, squared), or that of what is dark beside the image's mean.
+/// Weight of an error of each pixel: 1 / (light^2 + dark^2). Light is the larger of the pixel's and the mean around it; dark is
+/// `DARK` times the image's mean.
 #[pass(name = "weigh.pixels", over = params.pixel_count(), work = Guide)]
 pub fn weigh_pixels(
     pixel: u32,
@@ -163,7 +164,7 @@ pub fn weigh_pixels(
     image_rows: &[f32],
     #[len = params.pixel_count()] mut pixel_weights: Slots<'_, f32>,
 ) {
-    // Of few light paths, most pixels saw none.
+    // Average over the pixels around: with few light paths, most pixels see none.
     let sum = params.sum_around(pixel, AROUND, |other| Vec2::new(pixel_means[other as usize], 1.0));
     let light = (sum.x / sum.y).max(pixel_means[pixel as usize]);
     let dark = DARK * image_rows[params.height as usize];

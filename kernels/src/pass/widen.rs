@@ -1,9 +1,9 @@
-//! `widen.*`: wider discs where the last frame's photons were few, as far as blur is the lesser error: what progressive
-//! photon mapping does from frame to frame, and others by the k nearest photons [Jensen 1996], by a look at the frame before.
+//! `widen.*`: wider discs where the last frame's photons were few, as far as blur is the smaller error. Progressive photon
+//! mapping adapts radii from frame to frame, other methods take the k nearest photons [Jensen 1996]. This stage looks at the last
+//! frame.
 //!
-//! A disc has the radius of the settings where photons suffice, and up to `WIDEST` of it where they do not. How wide it is,
-//! earlier frames alone decide, so that it is no function of the photons that it takes: what remains is the bias of a wide
-//! disc.
+//! A disc has the radius of the settings where photons suffice, and up to `WIDEST` times that where they do not. Earlier frames
+//! alone decide, so the radius does not depend on the photons that the disc takes. Limitations: the bias of a wide disc remains.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -18,7 +18,7 @@ use crate::math::clamp;
 use crate::platform::Slots;
 use spirv_std::glam::Vec2;
 
-/// Discs that are wider where the last frame's photons were few.
+/// Stage that widens discs where the last frame's photons were few.
 #[cfg(not(target_arch = "spirv"))]
 pub const WIDEN: FrameStage = FrameStage {
     before_light: |params| vec![Step::new(&WIDEN_DISCS, params)],
@@ -31,10 +31,10 @@ pub const WIDEN: FrameStage = FrameStage {
 pub const WIDEST: f32 = 3.0;
 /// Photons that a disc of the radius of the settings must take on average, so that it need not be wider.
 pub const ENOUGH: f32 = 4.0;
-/// Pixels to each side whose photons are counted.
+/// Number of pixels to each side whose photons are counted.
 const AROUND: u32 = 2;
 
-/// Widens the disc of a pixel; where nothing is known, it is as it was.
+/// Widens the disc of each pixel; without an earlier frame it stays as it is.
 #[pass(name = "widen.discs", over = params.pixel_count(), work = Resolve)]
 pub fn widen_discs(
     pixel: u32,
@@ -48,7 +48,7 @@ pub fn widen_discs(
     point_geometry.write(pixel, PointGeometry { radius: point.radius * scale, ..point });
 }
 
-/// How wide the disc of a pixel is in the next frame.
+/// Computes the scale of each pixel's disc in the next frame.
 #[pass(name = "widen.learn", over = params.pixel_count(), work = Resolve)]
 pub fn widen_learn(
     pixel: u32,
@@ -64,7 +64,7 @@ pub fn widen_learn(
         }
         let count = accumulator[(other * accumulator::WORDS + accumulator::WORDS - 1) as usize];
         let scale = radius_now[other as usize];
-        // What a disc of the radius of the settings would have taken.
+        // Estimate the photons that a disc of the radius of the settings would have taken.
         Vec2::new(count as f32 / (scale * scale), 1.0)
     });
     let scale = if taken.x > 0.0 { (ENOUGH * taken.y / taken.x).sqrt() } else { WIDEST };

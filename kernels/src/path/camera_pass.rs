@@ -13,14 +13,14 @@ use crate::math::rng::Stream;
 use crate::platform::Atomics;
 use crate::trace::Tracer;
 
-/// A pass over camera paths.
+/// Pass over camera paths: requests a path for each invocation, and stores its light.
 pub trait CameraPass: PathObserver {
     /// Features that paths are traced with: those of the scene, and those that the pass needs.
     #[inline(always)]
     fn features(&self, features: Features) -> Features {
         features
     }
-    /// The path of this invocation.
+    /// Requests the path of this invocation.
     fn request(&self) -> CameraPathRequest;
     /// Stores the light of the path.
     fn store(&mut self, light: &CameraPathLight, kept: &Self::Kept);

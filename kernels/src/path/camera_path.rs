@@ -1,5 +1,5 @@
-//! The camera path of a pixel. Its prefix of specular events leads from the eye to the collection point; behind it the camera suffix
-//! finds the light that is no caustic [Moreau and Doggett 2022, section 3.1].
+//! The camera path of a pixel [Moreau and Doggett 2022, section 3.1]. Its prefix of specular events leads from the eye to the
+//! collection point. Behind it the camera suffix finds the light that is no caustic.
 //!
 //! The loop of [`trace_camera_path`] reads in the order in which it runs. Why light samples come before the lobes of a vertex, shadow
 //! rays after them, and why there is one exit: see [`scratch`].
@@ -34,15 +34,15 @@ use spirv_std::glam::Vec3;
 pub struct CameraSuffix {
     /// Lobes that it follows.
     pub follows: Classes,
-    /// Lobes by which it finds lights: those of the others are the light paths'.
+    /// Lobes by which it finds lights; light paths serve the others.
     pub finds: Classes,
 }
 
 impl CameraSuffix {
-    /// All light is the camera's: path tracing.
+    /// All lobes: path tracing.
     pub const ALL: CameraSuffix = CameraSuffix { follows: Classes::ALL, finds: Classes::ALL };
 
-    /// Nothing: the path ends there, and finds no light on its way.
+    /// No lobes: the path ends at the collection point, and finds no light on its way.
     pub const NOTHING: CameraSuffix = CameraSuffix { follows: Classes::NONE, finds: Classes::NONE };
 
     /// Lobes that the light paths of a frame leave to the camera.
@@ -61,7 +61,7 @@ impl CameraSuffix {
         self.finds != Classes::NONE
     }
 
-    /// Whether a collection point at the end of the prefix takes light, divided by the probability of its class.
+    /// Whether a collection point at the end of the prefix takes photons, divided by the probability of its class.
     #[inline(always)]
     fn divides(self) -> bool {
         self.finds != Classes::ALL
@@ -73,8 +73,9 @@ impl CameraSuffix {
 pub struct CameraPathLight {
     /// Radiance that is no caustic (W m^-2 sr^-1).
     pub radiance: Vec3,
-    /// With [`Features::PARTS`], like all that follows: the part of it that the non-specular class of the collection point does not
-    /// reflect: light found before the point, its emission, and direct light on its specular class (W m^-2 sr^-1).
+    /// Part of the radiance that the non-specular class of the collection point does not reflect (W m^-2 sr^-1). It is light
+    /// found before the point, its emission, and direct light on its specular class. This part and those below need
+    /// [`Features::PARTS`].
     pub prefix: Vec3,
     /// Direct light that the non-specular class of the point reflects.
     pub direct: PointDirect,
@@ -94,6 +95,7 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
 ) -> (CameraPathLight, O::Kept) {
     scratch!(sample_words: light_samples::ROOM);
     scratch!(words: scratch::ROOM);
+    // Start at the eye
     let mut scratch = PathScratch::new(words, &start, context);
     let mut kept = O::Kept::default();
     let mut path = CameraPath::new(&start, suffix);
@@ -114,11 +116,11 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
             observer.arrive(&segment.ray, &traced.hit, &arrival.vertex, arrival.throughput);
             path.add_emission(&segment, &arrival, traced.hit.distance, context, &mut scratch);
             if path.depth <= context.params.max_bounces {
-                // Sample the lights by MIS; their shadow rays wait
+                // Sample direct light by MIS; its shadow rays are traced below
                 let (scattering, shadow_rays) =
                     path.sample_lights(&mut arrival, context, sample_words, &mut scratch);
 
-                // Scatter; the first non-specular event ends the prefix at the collection point
+                // Sample the BSDF; the first non-specular event ends the prefix at the collection point
                 let (was_prefix, was_delta_prefix) = (path.in_prefix, path.in_delta_prefix);
                 let u = next4(&mut path.rng, &context.params.sequence);
                 let scattered = scattering.sample(u);
@@ -134,6 +136,8 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
                     observer,
                     &mut kept,
                 );
+
+                // Terminate the path by Russian roulette, or find its next segment
                 path.roulette(&scattered, &mut arrival.throughput, was_prefix, u.w);
                 if path.in_prefix {
                     scatter_prefix(&traced.hit, &arrival.vertex, &scattered, context, &mut scratch);
@@ -162,18 +166,18 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
 /// A segment of a camera path.
 #[derive(Clone, Copy)]
 pub struct Segment {
-    /// Whether there is one; after the last segment there is none.
+    /// Whether the segment exists; none follows the last one.
     exists: bool,
     ray: Ray,
-    /// The vertex that it left, or the eye (m).
+    /// Vertex that it left, or the eye (m).
     from: Vec3,
     /// Whether that vertex ends a prefix or lies in it.
     from_prefix: bool,
     media: MediaStack,
     throughput: Vec3,
-    /// Density of its direction (1/sr); 0 of a delta lobe.
+    /// Density of its direction (1/sr); 0 for a delta lobe.
     pdf_solid_angle: f32,
-    /// Whether emission that it meets is the camera's.
+    /// Whether the path adds emission that the segment meets; light paths serve it otherwise.
     finds_emission: bool,
 }
 

@@ -27,7 +27,7 @@ impl CameraPathStart {
     }
 }
 
-/// Samples the camera ray through a pixel. Takes numbers of `rng` with every filter, so that filters share all other numbers.
+/// Samples the camera ray through a pixel. Takes the same numbers of `rng` with every filter, so that all later numbers agree.
 #[inline(always)]
 pub fn camera_ray(params: &FrameParams, pixel: u32, rng: &mut Rng) -> Ray {
     let u = next4(rng, &params.sequence);

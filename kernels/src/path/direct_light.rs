@@ -1,11 +1,12 @@
 //! Light sampling (next-event estimation) at a vertex of a camera path, combined with scattering by MIS.
 
 use super::PathContext;
+use super::light_numbers::LightNumbers;
 use super::scratch::light_samples::LightSamples;
 use super::scratch::{PathScratch, ShadowRay, Sum};
 use crate::interface::features::Features;
 use crate::interface::ray::Ray;
-use crate::light::light_sampling::{ByClass, LightCandidates, LightSample, Reservoir};
+use crate::light::light_sampling::{ByClass, LightSample, Reservoir};
 use crate::math::balance_heuristic;
 use crate::math::offset;
 use crate::math::rng::Rng;
@@ -14,38 +15,16 @@ use crate::surface::scatter::ScatteringVertex;
 use crate::surface::vertex::Vertex;
 use crate::trace::Tracer;
 use crate::trace::through_media::shadow_transmittance;
-use spirv_std::glam::{Vec3, Vec4};
+use spirv_std::glam::Vec3;
 
-/// Random numbers of the light samples of a vertex.
-#[derive(Clone, Copy)]
-pub struct LightNumbers {
-    /// Light samples and their candidates.
-    pub candidates: LightCandidates,
-    /// Number of candidates of all light samples.
-    pub count: u32,
-    /// Numbers that all candidates share, shifted.
-    pub u: Vec4,
-    /// Number by which one of several candidates is chosen.
-    pub choice: f32,
-}
-
-impl LightNumbers {
-    /// Samples the candidate with this id.
-    #[inline(always)]
-    pub fn sample(&self, id: u32, position: Vec3, context: PathContext<'_>) -> LightSample {
-        let PathContext { params, features, scene } = context;
-        self.candidates.sample_light(id, scene, params.light_count, features, position, self.u)
-    }
-}
-
-/// Weighs the candidates of each light sample by BSDF and MIS, and chooses one by the light that it would give unshadowed. Puts a shadow
-/// ray to each that was chosen into the scratch. Returns the number of shadow rays.
+/// Weighs the candidates of each light sample by BSDF and MIS, and chooses one by the light that it would give unshadowed. Stores
+/// a shadow ray to each chosen candidate in the scratch. Returns the number of shadow rays.
 #[inline(always)]
-pub fn choose_light_samples<F: Fn(u32) -> LightSample>(
+pub fn choose_light_samples(
     scattering: &ScatteringVertex,
     throughput: Vec3,
     numbers: &LightNumbers,
-    samples: &mut LightSamples<'_, F>,
+    samples: &mut LightSamples<'_>,
     finds: Classes,
     rng: &Rng,
     features: Features,
@@ -55,6 +34,7 @@ pub fn choose_light_samples<F: Fn(u32) -> LightSample>(
     if scattering.bsdf.has_non_delta_lobe() {
         let mut id = 0;
         while id < numbers.count {
+            // Choose a candidate by the light that it would give unshadowed
             let mut reservoir = Reservoir::new(numbers.choice);
             let end = id + numbers.candidates.candidate_count;
             while id < end {
@@ -64,6 +44,7 @@ pub fn choose_light_samples<F: Fn(u32) -> LightSample>(
                 id += 1;
             }
             if reservoir.has_sample() {
+                // Store its shadow ray
                 let (sample, direct) = samples.kept(reservoir.kept);
                 let direct = direct.times(reservoir.inverse_probability());
                 let mut ray = shadow_ray(&scattering.vertex, &sample);
@@ -110,8 +91,8 @@ pub fn trace_shadow_rays<T: Tracer>(
     }
 }
 
-/// Reflected or transmitted light of a light sample, each class for itself, weighted by MIS against finding the light by scattering (balance
-/// heuristic).
+/// Light of a light sample that the vertex reflects or transmits, by class: f cos L / pdf. It is weighted by MIS against finding
+/// the light by scattering (balance heuristic).
 #[inline(always)]
 fn direct_light(
     scattering: &ScatteringVertex,
@@ -124,13 +105,14 @@ fn direct_light(
         let cos = light_sample.to_light.dot(scattering.vertex.shading_normal).abs();
         let above = light_sample.to_light.dot(scattering.vertex.face_normal) > 0.0;
         if features.has(Features::ROUGH_DIELECTRIC) && !above && classes.has(Classes::SPECULAR) {
-            // Through the surface; radiance is compressed as where a path scatters.
+            // Transmit through the surface; radiance is scaled by eta^2, as where a path scatters.
             let eta = scattering.bsdf.eta;
             sum.specular = light_sample.radiance_over_pdf
                 * mis_weighted(scattering, light_sample, Classes::SPECULAR)
                 * (cos * eta * eta);
             return sum;
         }
+        // Reflect
         let light = light_sample.radiance_over_pdf * if above { cos } else { 0.0 };
         sum.non_specular = light * mis_weighted(scattering, light_sample, Classes::NON_SPECULAR);
         if classes.has(Classes::SPECULAR) && scattering.bsdf.has_non_delta_lobe_in(Classes::SPECULAR) {
@@ -151,7 +133,7 @@ fn mis_weighted(scattering: &ScatteringVertex, light_sample: &LightSample, class
     }
 }
 
-/// The ray from a vertex to just before a light.
+/// Shadow ray from a vertex to just before a light.
 #[inline(always)]
 fn shadow_ray(vertex: &Vertex, light_sample: &LightSample) -> Ray {
     let origin = offset::leave(vertex.position, vertex.face_normal, light_sample.to_light, vertex.clearance);

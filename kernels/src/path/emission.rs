@@ -1,4 +1,4 @@
-//! Emission that a camera path meets, weighted by MIS: the vertex before could have found it by light sampling, too.
+//! Emission that a camera path meets, weighted by MIS: light sampling at the vertex before could have found it, too.
 
 use super::PathContext;
 use super::camera_path::Arrival;
@@ -21,8 +21,8 @@ pub fn is_emitter(arrival: &Arrival, features: Features) -> bool {
     features.has(Features::AREA_LIGHTS) && vertex.light != NONE && emits
 }
 
-/// Emission of a surface times the throughput, weighted against light sampling at the vertex `from`, by a path that left it with a density
-/// of `pdf_scattered` (1/sr; 0 of a delta lobe, which light sampling cannot replace).
+/// Emission of a surface times the throughput, weighted by MIS against light sampling at the vertex `from`. The path left `from`
+/// with the density `pdf_scattered` (1/sr), which is 0 for a delta lobe: light sampling cannot replace it.
 #[inline(always)]
 pub fn surface_emission(
     arrival: &Arrival,
@@ -45,7 +45,7 @@ pub fn surface_emission(
     arrival.throughput * arrival.material.emission * mis_weight
 }
 
-/// Radiance of the environment along a ray, weighted against light sampling at the vertex that the ray left.
+/// Radiance of the environment along a ray, weighted by MIS against light sampling at the vertex that the ray left.
 #[inline(always)]
 pub fn environment_radiance(
     ray: &Ray,
@@ -54,7 +54,7 @@ pub fn environment_radiance(
     context: PathContext<'_>,
 ) -> Vec3 {
     let PathContext { params, scene, .. } = context;
-    // The last light, if there is an environment
+    // Take the last light: the environment, if there is one
     let mut light = Light::default();
     if params.light_count > 0 {
         light = scene.lights[(params.light_count - 1) as usize];

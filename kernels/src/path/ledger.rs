@@ -1,5 +1,5 @@
-//! The energy ledger of one light path: emitted = absorbed + escaped + cut + lost at shading normals + left to the camera, in
-//! the mean over paths. What is absorbed is estimated by an albedo of its own, not by what the sampled continuation left over.
+//! The energy ledger of one light path. In expectation over paths, emitted = absorbed + escaped + cut + lost at shading normals +
+//! left to the camera. Absorption is estimated by an albedo of its own, not by the weight of the sampled continuation.
 
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
@@ -25,7 +25,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// The ledger of light path `path`; does nothing unless somebody asks.
+    /// Ledger of light path `path`; without `Features::LEDGER` it does nothing.
     #[inline(always)]
     pub fn new(params: &FrameParams, path: u32, features: Features) -> Self {
         Ledger {
@@ -40,31 +40,32 @@ impl Ledger {
         }
     }
 
-    /// Flux that leaves the light.
+    /// Adds flux that leaves the light.
     #[inline(always)]
     pub fn emit(&mut self, flux: Vec3) {
         self.emitted += flux.element_sum();
     }
 
-    /// Flux that meets nothing.
+    /// Adds flux that meets nothing.
     #[inline(always)]
     pub fn escape(&mut self, flux: Vec3) {
         self.escaped += flux.element_sum();
     }
 
-    /// Flux that arrives or leaves where the path is cut by its length.
+    /// Adds flux of a path that is cut by its length.
     #[inline(always)]
     pub fn cut(&mut self, flux: Vec3) {
         self.cut += flux.element_sum();
     }
 
-    /// Flux that a medium takes.
+    /// Adds flux that a medium absorbs.
     #[inline(always)]
     pub fn pass(&mut self, before: Vec3, after: Vec3) {
         self.absorbed += (before - after).element_sum();
     }
 
-    /// Flux that arrives at a surface, of which the path follows lobes of `followed`.
+    /// Splits flux that arrives at a surface: adds the absorbed flux, and the flux of lobes outside of `followed`, which is left
+    /// to the camera.
     #[inline(always)]
     pub fn arrive(&mut self, scattering: &ScatteringVertex, followed: Classes, flux: Vec3) {
         if self.asked {
@@ -75,7 +76,7 @@ impl Ledger {
         }
     }
 
-    /// Flux that leaves a surface, scaled by the shading normal's correction.
+    /// Adds the flux that the correction for shading normals takes at a surface.
     #[inline(always)]
     pub fn leave(&mut self, scattered: &BsdfSample, arriving: Vec3, leaving: Vec3) {
         if self.asked {

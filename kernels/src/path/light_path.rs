@@ -1,6 +1,5 @@
-//! The light path: from a light by specular events to the photons that it leaves at every receiver behind them
-//! [Moreau and Doggett 2022, section 3.2]. A photon is stored where the first event of the path was specular, or with
-//! `Caustics::Any` any event before.
+//! The light path: from a light by specular events to photons at every receiver behind them [Moreau and Doggett 2022, section
+//! 3.2]. A photon is stored if the first event of the path was specular; with `Caustics::Any`, if any event before was.
 
 use super::ledger::Ledger;
 use super::photon_sink::PhotonSink;
@@ -50,6 +49,8 @@ pub fn trace_light_path<E: Emit, T: Tracer, S: PhotonSink, C: Atomics>(
             path.ledger.escape(path.flux);
             break;
         }
+
+        // Find the vertex, its lobes and its BSDF
         let here = vertex(scene, features, &path.ray, &traced.hit, 0.0);
         sink.arrive(&mut path_state, &path.ray, &traced.hit, &here);
         let material = material_at(scene, &here, features);
@@ -67,6 +68,8 @@ pub fn trace_light_path<E: Emit, T: Tracer, S: PhotonSink, C: Atomics>(
                 path.photon_light(&here, &emission),
             );
         }
+
+        // End at a surface that absorbs all, or at the largest number of bounces
         if !scattering.bsdf.scatters() {
             path.ledger.arrive(&scattering, lobes, path.flux);
             break;
@@ -76,17 +79,19 @@ pub fn trace_light_path<E: Emit, T: Tracer, S: PhotonSink, C: Atomics>(
             break;
         }
 
-        // Scatter
+        // Sample the BSDF
         path.ledger.arrive(&scattering, lobes, path.flux);
         let u = path.rng.next4();
         let scattered = scattering.sample(u);
         path.scatter(&scattering, &scattered);
+
+        // Cut a path that can store no caustic photon any more
         if path.is_too_late_for_a_caustic(&scattered, params) {
             path.cut();
             break;
         }
 
-        // End by Russian roulette where flux is lost to diffuse absorption
+        // Terminate by Russian roulette where a diffuse surface absorbs flux
         let survival = survival_probability(&scattered);
         if u.w >= survival {
             break;
@@ -96,6 +101,8 @@ pub fn trace_light_path<E: Emit, T: Tracer, S: PhotonSink, C: Atomics>(
         if !is_finite(carried) || carried <= 0.0 {
             break;
         }
+
+        // Leave the vertex
         path.leave(&scattered);
         sink.scatter(&mut path_state, &scattered, path.flux);
     }
@@ -110,9 +117,10 @@ pub struct LightPath {
     media: MediaStack,
     /// Flux that the ray carries (W).
     flux: Vec3,
-    /// Number of the vertex that the ray finds, from 1: `vertices - 1` scatterings lie before it, and one is left for the camera path.
+    /// Number of the vertex that the ray finds, from 1. `vertices - 1` scatterings lie before it, and the camera path has at
+    /// least one.
     vertices: u32,
-    /// Whether a specular event makes the light that the ray carries a caustic.
+    /// Whether the light that the ray carries is a caustic, made by a specular event before.
     is_caustic: bool,
     ledger: Ledger,
     rays: u32,
@@ -124,7 +132,7 @@ pub struct LightPath {
 }
 
 impl LightPath {
-    /// A path that leaves its light. One without flux finds no vertex.
+    /// Path that leaves its light. A path without flux finds no vertex.
     #[inline(always)]
     fn new<T: Tracer>(
         index: u32,
@@ -165,7 +173,7 @@ impl LightPath {
         traced
     }
 
-    /// Loses flux to the media of a segment.
+    /// Absorbs flux in the media of a segment.
     #[inline(always)]
     fn absorb(&mut self, traced: &TracedSegment, features: Features) {
         if features.has(Features::ABSORPTION) {
@@ -186,7 +194,8 @@ impl LightPath {
         channel
     }
 
-    /// Lobes that the path follows: at its first vertex the specular ones, unless every later specular event makes a caustic, too.
+    /// Lobes that the path follows: at its first vertex the specular ones alone, unless `Caustics::Any` counts later specular
+    /// events.
     #[inline(always)]
     fn lobes(&self, params: &FrameParams) -> Classes {
         let mut lobes = Classes::ALL;
@@ -196,7 +205,7 @@ impl LightPath {
         lobes
     }
 
-    /// The BSDF of a vertex, and the media on both of its sides.
+    /// BSDF of a vertex, and the media on both of its sides.
     #[inline(always)]
     fn scattering(
         &self,
@@ -220,7 +229,8 @@ impl LightPath {
         )
     }
 
-    /// Whether a photon is stored: collection points see textures at a coarser level, by which a surface may receive that does not here.
+    /// Whether a photon is stored. A textured surface counts as a receiver: collection points see coarser texture levels, at
+    /// which it may receive.
     #[inline(always)]
     fn leaves_photon(&self, scattering: &ScatteringVertex, material: &Material, features: Features) -> bool {
         let textured = features.has(Features::TEXTURES | Features::NORMAL_MAPS)
@@ -229,7 +239,7 @@ impl LightPath {
         self.is_caustic && receives && cos_arriving(&scattering.vertex) > 0.0
     }
 
-    /// Where the photon is.
+    /// Geometry of the photon.
     #[inline(always)]
     fn photon_geometry(&self, here: &Vertex) -> PhotonGeometry {
         PhotonGeometry {
@@ -240,7 +250,7 @@ impl LightPath {
         }
     }
 
-    /// The light of the photon: its flux over the cosine to the face normal, see
+    /// Light of the photon: its flux over the cosine to the face normal, see
     /// [`Receiver::contribution`](crate::gather::contribution::Receiver::contribution).
     #[inline(always)]
     fn photon_light(&self, here: &Vertex, emission: &EmissionSample) -> PhotonLight {
@@ -252,7 +262,7 @@ impl LightPath {
         }
     }
 
-    /// Multiplies the flux by f cos / pdf, corrected for shading normals. A specular event makes a caustic.
+    /// Multiplies the flux by f cos / pdf, corrected for shading normals. A specular event makes the flux a caustic.
     #[inline(always)]
     pub fn scatter(&mut self, scattering: &ScatteringVertex, scattered: &BsdfSample) {
         let arriving = self.flux;
@@ -263,7 +273,7 @@ impl LightPath {
         }
     }
 
-    /// Whether no later photon can be one of a caustic: a specular event at the last vertex would leave none.
+    /// Whether the path can store no caustic photon any more: a specular event at the last vertex comes too late for one.
     #[inline(always)]
     fn is_too_late_for_a_caustic(&self, scattered: &BsdfSample, params: &FrameParams) -> bool {
         scattered.sampled.class != Classes::SPECULAR
@@ -300,7 +310,7 @@ impl LightPath {
     }
 }
 
-/// Probability that a path survives a scattering: the share of the flux that a non-specular lobe leaves, 1 at specular ones.
+/// Probability that a path survives a scattering: the share of the flux that a non-specular lobe leaves; 1 at specular lobes.
 #[inline(always)]
 pub fn survival_probability(scattered: &BsdfSample) -> f32 {
     let mut survival = 1.0;

@@ -1,4 +1,4 @@
-//! Photon sinks: what the light paths of `shoot` store their photons in.
+//! Photon sinks, which receive the photons of light paths.
 
 use crate::interface::counters::{Counter, PhotonState};
 use crate::interface::point::{PhotonGeometry, PhotonLight};
@@ -9,9 +9,9 @@ use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
 use spirv_std::glam::Vec3;
 
-/// Stores the photons of a light path, and may observe the path; what it does not observe costs nothing.
+/// Sink of the photons of a light path. It may observe the path; methods that it leaves empty cost nothing.
 pub trait PhotonSink {
-    /// State of a path, which changes along it. A sink on a GPU holds buffers and does not change: a compiler there may die of
+    /// State of a path, which changes along it. On a GPU a sink holds buffers and does not change: a compiler there may crash on
     /// buffers that a loop carries.
     type PathState: Copy + Default;
 
@@ -41,14 +41,14 @@ pub struct PhotonStore<'a> {
     pub light: Slots<'a, PhotonLight>,
     /// `photon_state`.
     pub state: AtomicWords<'a>,
-    /// `start_counts`: by texel, how many paths started from there; empty unless the emission learns.
+    /// `start_counts`: number of paths that started from each texel; empty unless the emission learns.
     pub starts: AtomicWords<'a>,
-    /// Slots there are.
+    /// Number of slots.
     pub capacity: u32,
 }
 
 impl PhotonStore<'_> {
-    /// Counts the photons of a path that found no room.
+    /// Counts the photons of a path that found no slot.
     #[inline(always)]
     pub fn close<C: Atomics>(&self, dropped: u32, counters: &mut C) {
         if dropped != 0 {
@@ -58,7 +58,7 @@ impl PhotonStore<'_> {
 }
 
 impl PhotonSink for PhotonStore<'_> {
-    /// Photons of the path that found no room.
+    /// Number of photons of the path that found no slot.
     type PathState = u32;
 
     #[inline(always)]

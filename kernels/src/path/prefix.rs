@@ -20,7 +20,7 @@ use spirv_std::glam::Vec3;
 /// Features that distort a pencil: without them a prefix meets plane mirrors alone.
 const DISTORTING: Features = Features(Features::DIELECTRIC.0 | Features::SMOOTH_NORMALS.0);
 
-/// Whether a history needs the virtual image of a point, and it is not where the length of the path says.
+/// Whether a history needs the virtual image of a point, and the length of the path does not give its distance.
 #[inline(always)]
 pub fn needs_virtual_image(features: Features) -> bool {
     features.has(Features::HISTORY) && features.has(DISTORTING)
@@ -42,8 +42,8 @@ pub fn advance_prefix(distance: f32, context: PathContext<'_>, scratch: &mut Pat
     texture_width
 }
 
-/// The collection point of a prefix that ends at a vertex: a disc as wide as the footprint of the pixel, and the factor between the
-/// light that it gathers and the pixel.
+/// Collection point of a prefix that ends at a vertex. Its disc is as wide as the footprint of the pixel. Its shading holds the
+/// factor between the gathered light and the pixel: throughput over class probability.
 #[inline(always)]
 pub fn collection_point(
     arrival: &Arrival,
@@ -107,7 +107,7 @@ pub fn scatter_prefix(
 fn scatter_cone(cone: RayCone, vertex: &Vertex, scattered: &BsdfSample) -> RayCone {
     let sampled = &scattered.sampled;
     let cos = vertex.to_previous.dot(vertex.shading_normal).abs();
-    // A rough thin wall passes its mirrored reflection and refracts nothing on the whole.
+    // A rough thin wall transmits its mirrored reflection, and refracts nothing on average.
     let unrefracted = sampled.straight || (sampled.roughness > 0.0 && sampled.eta == 1.0);
     if !sampled.transmitted {
         let cone = cone.reflect(vertex.curvature, cos);
@@ -115,7 +115,7 @@ fn scatter_cone(cone: RayCone, vertex: &Vertex, scattered: &BsdfSample) -> RayCo
     } else if unrefracted {
         if sampled.roughness > 0.0 { cone.roughen(sampled.roughness) } else { cone }
     } else if sampled.roughness > 0.0 {
-        // Refracted at a facet: both cosines are the facet's. Directions as the lobes see them.
+        // Refract at a facet: both cosines are to the facet, of directions flipped as the lobes see them.
         let facing = |direction: Vec3, above: bool| {
             if (direction.dot(vertex.shading_normal) > 0.0) == above { direction } else { -direction }
         };
@@ -130,7 +130,7 @@ fn scatter_cone(cone: RayCone, vertex: &Vertex, scattered: &BsdfSample) -> RayCo
     }
 }
 
-/// Turns the pencil at a specular event. It is read again where it is used, see `path::scratch`.
+/// Turns the pencil at a specular event. Reads it from the scratch at each use, see `path::scratch`.
 #[inline(always)]
 fn scatter_pencil(
     hit: &Hit,
@@ -143,7 +143,7 @@ fn scatter_pencil(
     let (from, to) = (-vertex.to_previous, scattered.ray.direction);
     if !sampled.straight {
         let pencil = if sampled.transmitted && sampled.eta == 1.0 {
-            // A rough thin wall refracts nothing on the whole.
+            // A rough thin wall refracts nothing on average.
             scratch.pencil().turn(from, to)
         } else {
             let eta = if sampled.transmitted { sampled.eta } else { 1.0 };

@@ -1,18 +1,20 @@
 //! Scratch memory of a camera path, and all that exists for the registers of a GPU.
 //!
-//! Whatever is live while a ray is traced or a BSDF is evaluated takes registers of each invocation, and registers decide how many waves
-//! run at once. The camera path therefore follows five rules (docs/decisions.md, "CPU and GPU", has the measurements):
+//! Values that are live while a ray is traced or a BSDF is evaluated take registers of each invocation. The number of registers
+//! decides how many waves run at once. The camera path therefore follows five rules (docs/decisions.md, "CPU and GPU", has the
+//! measurements):
 //!
-//! 1. **Path scratch.** Values that a path uses at few vertices lie in an array of the invocation instead of variables: the sums of
-//!    light, the cone and the pencil of the prefix, the shadow rays of a vertex. They are read where they are used, as often as that is.
-//! 2. **Light samples before the BSDF, shadow rays after it.** A vertex samples positions on lights first and leaves them in an array
-//!    ([`light_samples`]), then makes its BSDF and weighs them. The shadow rays are traced once the next segment is known, when
-//!    nothing of the vertex is needed any more.
-//! 3. **One exit.** The loop over segments ends in one place, with [nothing left of a segment](super::camera_path). With several exits
-//!    a GPU keeps all that any of them returns, for the invocations that have ended while others go on.
-//! 4. **Values only.** A loop carries no slices and no references that change: drivers fail on pointers that a loop carries. That is
-//!    why an observer returns a value that it keeps, and why functions here have `if`s instead of early returns.
-//! 5. **Rare counts at once.** A count that is nearly always 0 is added to its counter where it occurs; a sum would live along the path.
+//! 1. **Path scratch.** Values that a path uses at few vertices lie in an array of the invocation instead of variables. They are
+//!    the sums of light, the cone and the pencil of the prefix, and the shadow rays of a vertex. Each use reads them anew.
+//! 2. **Light samples before the BSDF, shadow rays after it.** A vertex samples positions on lights first and stores them in an
+//!    array ([`light_samples`]). Then it makes its BSDF and weighs them. The shadow rays are traced once the next segment is
+//!    known, when nothing else of the vertex is needed.
+//! 3. **One exit.** The loop over segments has one exit, with [nothing left of a segment](super::camera_path). With several exits
+//!    a GPU keeps the values that any of them returns, for the invocations that have ended while others go on.
+//! 4. **Values only.** A loop carries no slices and no references that change: drivers fail on pointers that a loop carries.
+//!    Therefore an observer returns a value that it keeps, and functions here have `if`s instead of early returns.
+//! 5. **Rare counts at once.** A count that is nearly always 0 is added to its counter where it occurs. A sum would be live along
+//!    the whole path.
 
 pub mod light_samples;
 
@@ -30,7 +32,7 @@ use crate::platform::Record;
 use crate::surface::media::MediaStack;
 use spirv_std::glam::{UVec2, Vec2, Vec3};
 
-/// A shadow ray, and the light that it brings where it is not blocked.
+/// Shadow ray, and the light that it brings where nothing blocks it.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowRay {
     /// The ray.
@@ -39,9 +41,9 @@ pub struct ShadowRay {
     pub media: MediaStack,
     /// Radiance (W m^-2 sr^-1).
     pub radiance: Vec3,
-    /// With [`Features::PARTS`]: the part of it that the specular class of its vertex scatters.
+    /// With [`Features::PARTS`]: the part of the radiance that the specular class of its vertex scatters.
     pub specular: Vec3,
-    /// The part of it that the non-specular class scatters.
+    /// The part of the radiance that the non-specular class scatters.
     pub non_specular: Vec3,
 }
 
@@ -59,10 +61,10 @@ pub enum Sum {
     DeltaPrefix,
 }
 
-/// Words of a record: a shadow ray, or the path's own.
+/// Number of words of a record: a shadow ray, or the path's own.
 const WORDS: usize = 19;
 
-/// Words of all shadow rays of a vertex, and of three more records.
+/// Number of words of all shadow rays of a vertex, and of three more records.
 pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 3);
 
 type PathRecord = Record<WORDS, ROOM>;
@@ -161,7 +163,7 @@ impl<'a> PathScratch<'a> {
         (cone, number(DISTANCE))
     }
 
-    /// Sets them.
+    /// Sets the cone of the prefix, and its length (m).
     #[inline(always)]
     pub fn set_cone(&mut self, cone: RayCone, distance: f32) {
         self.own.put(self.words, DISTANCE, distance.to_bits());
@@ -193,7 +195,7 @@ impl<'a> PathScratch<'a> {
         }
     }
 
-    /// Sets it.
+    /// Sets the pencil of the prefix.
     #[inline(always)]
     pub fn set_pencil(&mut self, pencil: &Pencil) {
         let words = &mut *self.words;

@@ -20,7 +20,7 @@ use crate::platform::{Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// A camera path an invocation.
+/// Traces one camera path an invocation, for the pass that runs.
 #[shared_entry(collects = "collect", refers = "reference", retraces = "path.retrace", shows = "auxiliary")]
 pub fn camera(
     index: u32,
@@ -135,7 +135,7 @@ impl CameraPass for AnyCameraPass<'_> {
         } else if self.runs.shows {
             self.shown.request()
         } else {
-            // Paths are traced again as they were traced.
+            // Trace a path again as `collect` traced it.
             self.collect.request()
         }
     }

@@ -1,4 +1,4 @@
-//! Passes that trace light paths: those of the emissions, and what validates.
+//! Passes that trace light paths: those of the emissions, and validation.
 
 use super::Counted;
 use crate::declare::shared_entry;
@@ -23,7 +23,7 @@ use crate::platform::{AtomicWords, Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::{Vec3, Vec4};
 
-/// A light path an invocation.
+/// Traces one light path an invocation, for the pass that runs.
 #[shared_entry(shoots = "shoot.store", aims = "shoot.aimed", guides = "shoot.guided", validates = "validate")]
 pub fn light(
     index: u32,
@@ -82,7 +82,7 @@ pub fn light(
     }
 }
 
-/// Emissions, of which one starts paths: by power if it is no other.
+/// Emissions, one of which starts the paths: by power if it neither aims nor guides.
 struct Starts<'a> {
     aims: bool,
     guides: bool,
@@ -146,7 +146,7 @@ impl EmissionMixture for Starts<'_> {
     }
 }
 
-/// Receivers, of which one receives.
+/// Photon sinks, one of which stores the photons.
 struct Photons<'a> {
     stores: bool,
     store: PhotonStore<'a>,

@@ -1,6 +1,6 @@
-//! Share of flux that a surface scatters on, estimated apart from `Bsdf::sample` for the energy ledger: closed forms,
-//! and for facets one normal sampled from D cos [Walter et al. 2007, eq. 35, 36] with all it reflects and refracts. It
-//! shares neither the sampler of visible normals nor the choice of lobes, so that an error in either shows.
+//! Share of flux that a surface scatters on, estimated independently of `Bsdf::sample` for the energy ledger. It uses closed
+//! forms. At facets it samples one normal from D cos [Walter et al. 2007, eq. 35, 36], with all that the facet reflects and
+//! refracts. It shares neither the sampler of visible normals nor the choice of lobes, so that an error in either shows.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -12,7 +12,7 @@ use crate::surface::class::Classes;
 use crate::surface::{Bsdf, dielectric, dispersion, ggx, rough_dielectric};
 use spirv_std::glam::Vec3;
 
-/// What is a line a lobe: sums over those that reflect, the dielectric aside.
+/// Declares sums over the lobes that reflect, the dielectric aside.
 macro_rules! sums {
     (
         facets { $($facet:ident $rough:ident $smooth:ident;)* }
@@ -20,7 +20,7 @@ macro_rules! sums {
     ) => {
         use crate::surface::{$($facet,)* $first $(, $diffuse)*};
 
-        /// Of the diffuse lobes.
+        /// Albedo of the diffuse lobes.
         #[inline(always)]
         fn diffuse(bsdf: &Bsdf) -> Vec3 {
             #[allow(unused_mut)]
@@ -33,13 +33,13 @@ macro_rules! sums {
             sum
         }
 
-        /// Of smooth reflections.
+        /// Albedo of smooth reflections.
         #[inline(always)]
         fn smooth(bsdf: &Bsdf) -> Vec3 {
             Vec3::ZERO $(+ $facet::smooth(bsdf))*
         }
 
-        /// Of rough reflections, by what a facet carries.
+        /// Albedo of rough reflections, by the flux that a facet carries.
         #[inline(always)]
         fn rough(bsdf: &Bsdf, carried: f32, cos_half: f32) -> Vec3 {
             Vec3::ZERO $(+ $facet::eval(bsdf, carried, cos_half))*
@@ -48,7 +48,7 @@ macro_rules! sums {
 }
 for_each_lobe!(sums);
 
-/// Unbiased estimate of the share that lobes of `classes` scatter of light from where the path came from; `u`, `v` uniform.
+/// Unbiased estimate of the albedo of the lobes of `classes`, for light from the side of the path; `u`, `v` are uniform.
 #[inline]
 pub fn albedo(bsdf: &Bsdf, classes: Classes, u: f32, v: f32) -> Vec3 {
     let Bsdf { material, to_previous, eta, .. } = *bsdf;
@@ -60,6 +60,7 @@ pub fn albedo(bsdf: &Bsdf, classes: Classes, u: f32, v: f32) -> Vec3 {
     let (passes, reflects) = (classes.has(Classes::SPECULAR), classes.has(bsdf.reflection_class));
     let facets = material.roughness >= ggx::DELTA_ROUGHNESS;
     let rough_dielectric = rough_dielectric::is_rough(material, eta);
+    // Add smooth reflections and the smooth dielectric, in closed form
     if !facets && passes {
         sum += smooth(bsdf);
     }
@@ -74,7 +75,7 @@ pub fn albedo(bsdf: &Bsdf, classes: Classes, u: f32, v: f32) -> Vec3 {
         return sum;
     }
 
-    // One normal; what it carries is F G |to_origin . half| / (cos |half.z|).
+    // Sample one normal from D cos. It carries F G |to_previous . half| / (cos |half.z|).
     let alpha = ggx::alpha(material.roughness);
     let tan_squared = alpha * alpha * u / (1.0 - u);
     let z = 1.0 / (1.0 + tan_squared).sqrt();
@@ -87,6 +88,7 @@ pub fn albedo(bsdf: &Bsdf, classes: Classes, u: f32, v: f32) -> Vec3 {
     }
     let seen = cos_half / (cos * z);
     let reflected = dielectric::reflectance(material, cos_half, eta);
+    // Add reflection at this facet
     let cos_mirrored = 2.0 * cos_half * z - cos;
     if cos_mirrored > 0.0 && reflects {
         let carried = seen * ggx::shadowing(cos, cos_mirrored, alpha);
@@ -96,7 +98,7 @@ pub fn albedo(bsdf: &Bsdf, classes: Classes, u: f32, v: f32) -> Vec3 {
         }
     }
     if rough_dielectric && passes {
-        // Cosine behind the plane: Snell's law at the facet, or the mirrored direction of a thin wall.
+        // Add refraction at this facet. Find the cosine behind the plane by Snell's law, or for a thin wall by mirroring.
         let square = 1.0 - eta * eta * (1.0 - cos_half * cos_half);
         let mut cos_behind = eta * cos - (eta * cos_half - square.max(0.0).sqrt()) * z;
         if material.flags & FLAG_THIN != 0 {

@@ -1,8 +1,8 @@
-//! The class of a lobe: the one place that decides which lobes are specular.
+//! The class of a lobe: this module alone decides which lobes are specular.
 
 use crate::surface::ggx::DELTA_ROUGHNESS;
 
-/// A set of classes.
+/// Set of classes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Classes(pub u32);
 
@@ -16,16 +16,16 @@ impl Classes {
     /// Both.
     pub const ALL: Classes = Classes(3);
 
-    /// Whether the sets meet.
+    /// Whether the sets have a class in common.
     #[inline]
     pub fn has(self, other: Classes) -> bool {
         self.0 & other.0 != 0
     }
 }
 
-/// Class of a reflection lobe of this perceptual roughness: a delta lobe is specular whatever the threshold, since it
-/// cannot be evaluated at a collection point. Transmission is always specular, Lambert never. So a rough dielectric whose
-/// roughness is above the threshold has two classes: it shows caustics that it reflects and casts those that it passes.
+/// Class of a reflection lobe of this perceptual roughness. A delta lobe is specular whatever the threshold, since it cannot be
+/// evaluated at a collection point. Transmission is always specular, Lambert never. A rough dielectric above the threshold
+/// therefore has two classes: it shows caustics that it reflects and casts those that it transmits.
 #[inline]
 pub fn reflection(roughness: f32, specular_roughness: f32) -> Classes {
     if roughness < DELTA_ROUGHNESS || roughness <= specular_roughness {

@@ -14,7 +14,7 @@ use crate::surface::ggx;
 use crate::surface::{DielectricInterface, Sampled, fresnel};
 use spirv_std::glam::Vec3;
 
-/// What the dielectric that transmits needs of the kernels; nothing where there is none.
+/// Features that the dielectric of a material needs; none without transmission.
 #[cfg(not(target_arch = "spirv"))]
 pub fn features_of(material: &Material) -> Features {
     if !material.transmits() {
@@ -36,7 +36,7 @@ pub fn features_of(material: &Material) -> Features {
     features
 }
 
-/// Share reflected. A thin wall adds up its inner reflections: 2 r / (1 + r).
+/// Reflectance at a cosine. A thin wall adds up its inner reflections: 2 r / (1 + r).
 #[inline]
 pub fn reflectance(material: &Material, cos: f32, eta: f32) -> f32 {
     if material.flags & FLAG_THIN != 0 {
@@ -47,8 +47,9 @@ pub fn reflectance(material: &Material, cos: f32, eta: f32) -> f32 {
     }
 }
 
-/// Reflects or transmits, in proportion to what either carries; the base colour tints what passes. The weight is
-/// that of flux: radiance takes eta^-2 besides (see `collect`). `lobe_probability` = of the dielectric among all lobes.
+/// Samples reflection or transmission, in proportion to the flux that either carries. The base colour tints transmitted light.
+/// The weight is that of flux; radiance takes eta^2 besides (see `path::camera_path`). `lobe_probability` is that of the
+/// dielectric among all lobes.
 #[inline]
 pub fn sample(
     material: &Material,
@@ -87,7 +88,7 @@ pub fn sample(
             ..reflected
         };
     }
-    // Snell: the tangential part scales with eta.
+    // Refract by Snell's law: the tangential part scales with eta.
     let cos_behind = (1.0 - eta * eta * (1.0 - cos * cos)).max(0.0).sqrt();
     let direction = Vec3::new(-eta * to_previous.x, -eta * to_previous.y, -cos_behind);
     Sampled { direction: direction.normalize(), weight, transmitted: true, ..reflected }

@@ -1,17 +1,17 @@
 //! Dispersion: media that refract colours differently (KHR_materials_dispersion).
 //!
-//! A path that enters one goes on with one channel alone, sampled in proportion to what each carries and divided by its
-//! probability: all channels together still carry what they did. From there on no other channel carries anything, so that
-//! what a path carries says which it has, and the next such medium finds nothing left to sample.
+//! A path that enters such a medium goes on with one channel alone. The channel is sampled in proportion to what each carries,
+//! and divided by its probability: all channels together carry the same in expectation. From there on no other channel carries
+//! anything. The light that a path carries therefore tells its channel, and the next such medium has nothing left to sample.
 //!
-//! A smooth face reflects all channels the same way: it reflects by the mean of their Fresnel reflectances, weighted by what the
-//! path carries of each, and the channel is sampled once the path is transmitted ([`sample`]). So the other lobes of the surface, its
-//! collection points and its photons keep all channels too. The facets of a rough face refract each channel to directions of
-//! its own, and no lobe there is free of the index: a path has its channel before it scatters ([`needs_channel`], [`part`]). Limitations: what
-//! such a face reflects shows the noise of single channels.
+//! A smooth face reflects all channels the same way. It reflects by the mean of their Fresnel reflectances, weighted by what the
+//! path carries of each. The channel is sampled once the path is transmitted ([`sample`]). The other lobes of the surface, its
+//! collection points and its photons thus keep all channels. The facets of a rough face refract each channel to directions of its
+//! own, and no lobe there is free of the index. A path has its channel before it scatters there ([`needs_channel`], [`part`]).
+//! Limitations: light that such a face reflects shows the noise of single channels.
 //!
-//! Channels and no wavelengths: a light path and a camera path that meet multiply what they carry channel by channel, and would
-//! have to be of one wavelength to give what a single path finds. The formula is that of the extension's text, whose three
+//! The renderer disperses channels, not wavelengths. A light path and a camera path that meet multiply what they carry channel by
+//! channel; two paths of different wavelengths could not be joined. The formula is that of the extension's text, whose three
 //! indices are those of the Fraunhofer lines C, d and F. Limitations: a point source shows three images and no continuum.
 
 use crate::interface::features::Features;
@@ -24,38 +24,38 @@ use spirv_std::glam::Vec3;
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-/// The channel that a path has, by its position among the indices of refraction.
+/// Channel that a path has, by its position among the indices of refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Channel(f32);
 
 impl Channel {
-    /// 656.3 nm.
+    /// Red: 656.3 nm.
     pub const RED: Channel = Channel(-1.0);
-    /// 587.6 nm: `Material::ior` itself, also that of a path that no medium has parted.
+    /// Green: 587.6 nm, `Material::ior` itself. A path that no medium has parted has this one, too.
     pub const GREEN: Channel = Channel(0.0);
-    /// 486.1 nm.
+    /// Blue: 486.1 nm.
     pub const BLUE: Channel = Channel(1.0);
 
-    /// Index of refraction of a medium: (n_d - 1) / Abbe number between red and blue.
+    /// Index of refraction of a medium in this channel. Red and blue differ by (n_d - 1) / Abbe number.
     #[inline(always)]
     pub fn ior(self, material: &Material) -> f32 {
         let half_spread = (material.ior - 1.0) * (0.025 * material.dispersion);
         (material.ior + self.0 * half_spread).max(1.0)
     }
 
-    /// 1 where it is this one, else 0.
+    /// 1 if it is this channel, else 0.
     #[inline(always)]
     fn is(self, other: Channel) -> f32 {
         if self.0 == other.0 { 1.0 } else { 0.0 }
     }
 }
 
-/// Indices of refraction at a face, of the path's side over the side behind.
+/// Ratios of the indices of refraction at a face: the path's side over the side behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Indices {
-    /// Of the channel that the path has, or of green.
+    /// Ratio in the channel that the path has, or in green.
     pub eta: f32,
-    /// Of each channel; all `eta` unless `is_dispersive`.
+    /// Ratio in each channel; all `eta` unless `is_dispersive`.
     pub etas: Vec3,
     /// Share of each channel in what the path carries; they sum to 1. Read only where `is_dispersive`.
     pub carried: Vec3,
@@ -64,13 +64,13 @@ pub struct Indices {
 }
 
 impl Indices {
-    /// The same index for all channels.
+    /// One ratio for all channels.
     #[inline(always)]
     pub fn new(eta: f32) -> Indices {
         Indices { eta, etas: Vec3::splat(eta), carried: Vec3::ZERO, is_dispersive: false }
     }
 
-    /// Of a smooth face between two media, for a path that carries `throughput`.
+    /// Ratios at a smooth face between two media, for a path that carries `throughput`.
     #[inline(always)]
     pub fn dispersive(
         before: MediaStack,
@@ -103,8 +103,8 @@ pub fn reflectances(cos: f32, etas: Vec3) -> Vec3 {
     )
 }
 
-/// Whether the face at `vertex`, met inside `media`, refracts channels differently and is rough: a path has its channel before it
-/// scatters there.
+/// Whether the face at `vertex`, met inside `media`, is rough and refracts channels differently. A path must have its channel
+/// before it scatters there.
 #[inline(always)]
 pub fn needs_channel(
     vertex: &Vertex,
@@ -124,9 +124,9 @@ pub fn needs_channel(
     sides.before.disperses(materials) || sides.behind.disperses(materials)
 }
 
-/// Samples a smooth face that refracts channels differently: `u` chooses to reflect or to transmit, `v` the channel of what is
-/// transmitted. `reflectances` are those of the channels, `share` is the share of the dielectric and `lobe_probability` that of the
-/// lobe among all.
+/// Samples a smooth face that refracts channels differently: `u` chooses to reflect or to transmit, `v` the channel of
+/// transmitted light. `reflectances` are those of the channels. `share` is that of the dielectric in the material,
+/// `lobe_probability` that of the lobe among all.
 #[inline(always)]
 pub fn sample(
     tint: Vec3,
@@ -156,13 +156,13 @@ pub fn sample(
         return reflected;
     }
 
-    // The channel, in proportion to what the path carries of each behind the face.
+    // Sample the channel, in proportion to what the path carries of each behind the face.
     let (channel, single) = part(indices.carried * passed, v);
     let one = Vec3::new(channel.is(Channel::RED), channel.is(Channel::GREEN), channel.is(Channel::BLUE));
     let scale = share / (lobe_probability * (1.0 - reflection_probability));
     let weight = one * (single.element_sum() * scale / indices.carried.dot(one));
     let eta = indices.etas.dot(one);
-    // Snell's law: the tangential part scales with eta.
+    // Refract by Snell's law: the tangential part scales with eta.
     let cos_behind = (1.0 - eta * eta * (1.0 - cos * cos)).max(0.0).sqrt();
     let direction = Vec3::new(-eta * to_previous.x, -eta * to_previous.y, -cos_behind);
     Sampled { direction: direction.normalize(), weight, transmitted: true, eta, ..reflected }
@@ -174,13 +174,13 @@ pub fn is_mixed(carried: Vec3) -> bool {
     carried.max_element() < carried.element_sum()
 }
 
-/// The channel that `u`, uniform in [0, 1), samples, and what the path carries then.
+/// Samples the channel of a path by `u`, uniform in [0, 1). Returns it, and what the path carries then.
 #[inline(always)]
 pub fn part(carried: Vec3, u: f32) -> (Channel, Vec3) {
     let Vec3 { x: red, y: green, z: blue } = carried;
     let sum = carried.element_sum();
     let at = u * sum;
-    // A product may be rounded up to the sum: what carries nothing is never sampled.
+    // The product may be rounded up to the sum: never sample a channel that carries nothing.
     if at < red || green + blue <= 0.0 {
         (Channel::RED, Vec3::new(sum, 0.0, 0.0))
     } else if at < red + green || blue <= 0.0 {
@@ -195,20 +195,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn indices_are_those_of_the_extension() {
+    fn indices_match_the_extension_for_crown_glass() {
         // Crown glass: Abbe number 59.
         let crown = Material { ior: 1.52, dispersion: 20.0 / 59.0, ..Material::default() };
         let [red, green, blue] = [Channel::RED, Channel::GREEN, Channel::BLUE].map(|c| c.ior(&crown));
         assert!(((green - 1.0) / (blue - red) - 59.0).abs() < 0.01);
         assert!(green == 1.52 && (0.5 * (red + blue) - green).abs() < 1e-6 && red < blue);
-        // As far as there is nothing denser than vacuum.
+        // Indices are at least that of vacuum.
         let extreme = Material { dispersion: 100.0, ..crown };
         assert_eq!(Channel::RED.ior(&extreme), 1.0);
         assert_eq!(Channel::RED.ior(&Material { dispersion: 0.0, ..crown }), 1.52);
     }
 
     #[test]
-    fn channels_are_drawn_as_often_as_they_carry_and_keep_the_sum() {
+    fn channels_are_sampled_by_what_they_carry_and_keep_the_sum() {
         let carried = Vec3::new(0.5, 0.125, 0.375);
         let samples = 1 << 12;
         let mut mean = Vec3::ZERO;
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_keeps_its_channel_whatever_is_drawn() {
+    fn a_path_of_one_channel_keeps_it_for_every_u() {
         let channels = [Channel::RED, Channel::GREEN, Channel::BLUE];
         for (channel, carried) in channels.into_iter().zip([Vec3::X, Vec3::Y, Vec3::Z]) {
             for carried in [carried, carried * 3.0e-20, carried * 0.3] {
@@ -231,7 +231,7 @@ mod tests {
                 }
             }
         }
-        // Nor is a channel sampled that carries nothing.
+        // A channel that carries nothing is not sampled.
         let last = 1.0 - 2.0f32.powi(-24);
         assert_eq!(part(Vec3::new(0.3, 0.7, 0.0), last).0, Channel::GREEN);
         assert_eq!(part(Vec3::new(0.7, 0.0, 0.3), last).0, Channel::BLUE);

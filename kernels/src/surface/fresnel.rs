@@ -1,4 +1,4 @@
-//! Fresnel reflectance.
+//! Fresnel reflectance: exact for dielectrics, Schlick's approximation for metals and coats.
 
 use crate::math::clamp;
 use spirv_std::glam::Vec3;
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn glass_reflects_four_percent_straight_and_all_at_grazing() {
+    fn glass_reflects_4_percent_at_normal_incidence_and_all_at_grazing() {
         assert!((dielectric_reflectance(1.0, 1.0 / 1.5) - 0.04).abs() < 1e-6);
         assert!((dielectric_reflectance(1.0, 1.5) - 0.04).abs() < 1e-6);
         assert!((dielectric_reflectance(0.0, 1.0 / 1.5) - 1.0).abs() < 1e-6);

@@ -6,25 +6,25 @@ use spirv_std::num_traits::Float;
 use crate::math::PI;
 use spirv_std::glam::Vec3;
 
-/// Reflections of a lower perceptual roughness are delta lobes.
+/// Perceptual roughness below which reflections are delta lobes.
 pub const DELTA_ROUGHNESS: f32 = 0.08;
 
-/// Width of GGX for a perceptual roughness.
+/// Width alpha of GGX: the square of the perceptual roughness.
 #[inline]
 pub fn alpha(roughness: f32) -> f32 {
     roughness * roughness
 }
 
-/// Density of microfacet normals (1/sr) at a unit local normal.
+/// Density D of microfacet normals (1/sr) at a unit local normal.
 #[inline]
 pub fn distribution(half: Vec3, alpha: f32) -> f32 {
     let square = alpha * alpha;
-    // 1 + cos^2 (a^2 - 1) as a sum, since 1 - cos^2 would lose the peak of a narrow lobe.
+    // Compute 1 + cos^2 (a^2 - 1) as a sum: 1 - cos^2 would lose the peak of a narrow lobe.
     let t = square * half.z * half.z + half.x * half.x + half.y * half.y;
     square / (PI * t * t)
 }
 
-/// Smith's Lambda.
+/// Lambda of Smith's shadowing for GGX [Heitz 2014].
 #[inline]
 fn lambda(cos: f32, alpha: f32) -> f32 {
     let cos2 = cos * cos;
@@ -32,26 +32,27 @@ fn lambda(cos: f32, alpha: f32) -> f32 {
     0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
 }
 
-/// Share of facets that see both directions, given by their cosines.
+/// Height-correlated shadowing G = 1 / (1 + Lambda(viewer) + Lambda(light)): share of facets that see both directions, given by
+/// their cosines.
 #[inline]
 pub fn shadowing(cos_viewer: f32, cos_light: f32, alpha: f32) -> f32 {
     1.0 / (1.0 + lambda(cos_viewer, alpha) + lambda(cos_light, alpha))
 }
 
-/// D G / (4 cos cos) (1/sr), without Fresnel.
+/// Microfacet reflection D G / (4 cos cos) (1/sr), without Fresnel.
 #[inline]
 pub fn eval(to_previous: Vec3, direction: Vec3, half: Vec3, alpha: f32) -> f32 {
     let shadowing = shadowing(to_previous.z, direction.z, alpha);
     distribution(half, alpha) * shadowing / (4.0 * to_previous.z * direction.z)
 }
 
-/// Density (1/sr) of directions mirrored at visible microfacet normals, for that of `half`.
+/// Density (1/sr) of directions mirrored at visible microfacet normals, in the direction of normal `half`.
 #[inline]
 pub fn visible_pdf(to_previous: Vec3, half: Vec3, alpha: f32) -> f32 {
     distribution(half, alpha) / ((1.0 + lambda(to_previous.z, alpha)) * 4.0 * to_previous.z)
 }
 
-/// The direction mirrored at a microfacet normal; may point below the surface.
+/// Direction mirrored at a microfacet normal; may point below the surface.
 #[inline]
 pub fn mirrored(to_previous: Vec3, half: Vec3) -> Vec3 {
     half * (2.0 * to_previous.dot(half)) - to_previous

@@ -1,9 +1,9 @@
-//! Directions on whose side the face and the shading normal disagree.
+//! Directions for which face normal and shading normal disagree on the side of the surface.
 //!
-//! Such a direction is flipped: x stands for -x. That exchanges the wedge above the face and below the shading
-//! normal's horizon with the wedge below the face and above that horizon, and keeps solid angles and the size of cosines.
-//! So f(a, b) = f(b, a) stays what it is, whichever end light comes from, and all that a lobe sends below the face leaves
-//! above it: seen under even light a surface is as bright as its material says, whatever its normals.
+//! Such a direction is flipped: x stands for -x. This exchanges two wedges: above the face and below the shading normal's
+//! horizon, and below the face and above that horizon. It keeps solid angles and the size of cosines. So f(a, b) = f(b, a) holds,
+//! whichever end light comes from. All light that a lobe sends below the face leaves above it. Under even light a surface is
+//! therefore as bright as its material says, whatever its normals.
 
 use spirv_std::glam::Vec3;
 

@@ -1,4 +1,4 @@
-//! Lambert under the coat: the same radiance in every direction, but for what the coat takes.
+//! Lambertian base under the coat: the same radiance in every direction, less what the coat takes.
 
 use crate::interface::features::Features;
 use crate::interface::material::Material;
@@ -6,13 +6,13 @@ use crate::math::{INV_PI, mean, warp};
 use crate::surface::{Bsdf, coat};
 use spirv_std::glam::Vec3;
 
-/// Whether a material has it.
+/// Whether a material has this lobe.
 #[inline]
 pub fn occurs(material: &Material) -> bool {
     material.metallic < 1.0 && material.transmission < 1.0 && material.base_color.max_element() > 0.0
 }
 
-/// Approximate share of flux that the lobe scatters: what the coat lets in.
+/// Approximate share of flux that the lobe scatters: base colour times what enters the coat.
 #[inline(always)]
 pub fn sampling_weight(bsdf: &Bsdf) -> f32 {
     let mut under_coat = 1.0;
@@ -22,7 +22,7 @@ pub fn sampling_weight(bsdf: &Bsdf) -> f32 {
     bsdf.opaque_share() * under_coat * mean(bsdf.material.base_color)
 }
 
-/// f = base colour / pi (1/sr), less what the coat takes.
+/// f = base colour / pi (1/sr), times the share that passes the coat.
 #[inline(always)]
 pub fn eval(bsdf: &Bsdf, direction: Vec3) -> Vec3 {
     let mut base = bsdf.opaque_share();
@@ -32,19 +32,19 @@ pub fn eval(bsdf: &Bsdf, direction: Vec3) -> Vec3 {
     bsdf.material.base_color * INV_PI * base
 }
 
-/// A cosine-distributed direction.
+/// Samples a cosine-distributed direction.
 #[inline(always)]
 pub fn sample(_bsdf: &Bsdf, u: f32, v: f32) -> Vec3 {
     warp::cosine_hemisphere(u, v)
 }
 
-/// pdf_solid_angle of `sample`.
+/// Density of `sample` (1/sr).
 #[inline(always)]
 pub fn pdf(_bsdf: &Bsdf, direction: Vec3) -> f32 {
     warp::cosine_hemisphere_pdf(direction.z)
 }
 
-/// Share of flux that it scatters: the base gets and gives what the coat lets through; its share is normalised over the
+/// Share of flux that the lobe scatters: base colour times what enters the coat. `coat::base_share` is normalised over the
 /// cosine.
 #[inline(always)]
 pub fn albedo(bsdf: &Bsdf) -> Vec3 {

@@ -1,5 +1,4 @@
-//! What the mixture of lobes is a line each of: their probabilities, the sums over them, the choice among them, made of the list
-//! `for_each_lobe`.
+//! BSDF mixture: selection probabilities, evaluation and sampling of all lobes, made from the list `for_each_lobe`.
 
 use crate::interface::features::Features;
 use crate::interface::material::Material;
@@ -9,7 +8,7 @@ use crate::surface::{Bsdf, Evaluated, ggx};
 use crate::surface::{class, dielectric};
 use spirv_std::glam::{Vec3, Vec4};
 
-/// Probabilities, sums and choices, a line a lobe.
+/// Declares probabilities, sums and choices, one line for each lobe.
 macro_rules! lobes {
     (
         facets { $($facet:ident $rough:ident $smooth:ident;)* }
@@ -17,9 +16,9 @@ macro_rules! lobes {
     ) => {
         use crate::surface::{$($facet,)* $first $(, $diffuse)*};
 
-        /// Where any reflection at facets is rough.
+        /// Features of rough reflections at facets.
         pub const ROUGH_FACETS: Features = Features(Features::ROUGH_DIELECTRIC.0 $(| Features::$rough.0)*);
-        /// Where any is smooth.
+        /// Features of smooth reflections.
         pub const SMOOTH_FACETS: Features = Features(0 $(| Features::$smooth.0)*);
 
         /// Probability of each lobe to be chosen; they sum to 1, or to 0 where nothing scatters.
@@ -35,19 +34,19 @@ macro_rules! lobes {
         }
 
         impl LobeProbabilities {
-            /// Of all reflections at facets.
+            /// Probability of all reflections at facets.
             #[inline]
             pub fn reflections(&self) -> f32 {
                 0.0 $(+ self.$facet)* + self.gloss
             }
 
-            /// Of all diffuse lobes.
+            /// Probability of all diffuse lobes.
             #[inline]
             pub fn diffuse(&self) -> f32 {
                 self.$first $(+ self.$diffuse)*
             }
 
-            /// In proportion to these, with a sum of 1.
+            /// Scales the probabilities to a sum of 1.
             #[inline(always)]
             pub fn normalised(self) -> LobeProbabilities {
                 let sum = 0.0 $(+ self.$facet)* + self.$first $(+ self.$diffuse)* + self.dielectric + self.gloss;
@@ -63,7 +62,8 @@ macro_rules! lobes {
         }
 
         impl Bsdf {
-            /// Sampling weights of the lobes of `classes` but the dielectric: about what each scatters.
+            /// Sampling weights of the lobes of `classes` without the dielectric: approximate shares of the flux that each
+            /// scatters.
             #[inline(always)]
             pub(super) fn sampling_weights(&self, classes: Classes) -> LobeProbabilities {
                 let mut probabilities = LobeProbabilities::default();
@@ -85,7 +85,8 @@ macro_rules! lobes {
                 probabilities
             }
 
-            /// Reflections at facets but that of the dielectric; `facets` = D G / (4 cos cos), `reflected` their density (1/sr).
+            /// Evaluates reflections at facets without that of the dielectric. `facets` = D G / (4 cos cos), `reflected` is their
+            /// density (1/sr).
             #[inline(always)]
             pub(super) fn eval_facets(&self, facets: f32, reflected: f32, cos_half: f32) -> Evaluated {
                 let (mut f, mut pdf_solid_angle) = (Vec3::ZERO, 0.0);
@@ -98,7 +99,7 @@ macro_rules! lobes {
                 Evaluated { f, pdf_solid_angle }
             }
 
-            /// Diffuse lobes towards a direction, and `others`.
+            /// Adds the diffuse lobes in a direction to `others`.
             #[inline(always)]
             pub(super) fn eval_diffuse(&self, direction: Vec3, others: Evaluated) -> Evaluated {
                 #[allow(unused_mut)]
@@ -115,7 +116,7 @@ macro_rules! lobes {
                 Evaluated { f, pdf_solid_angle }
             }
 
-            /// What the smooth reflection that `u` chooses carries, over its probability.
+            /// Weight of the smooth reflection that `u` chooses: its reflectance over its probability.
             #[inline(always)]
             pub(super) fn smooth_weight(&self, u: f32) -> Vec3 {
                 let (mut lobe, mut probability, mut before) = (Vec3::ZERO, 1.0, 0.0);
@@ -131,7 +132,7 @@ macro_rules! lobes {
                 lobe / probability
             }
 
-            /// A direction of the diffuse lobe that `u` chooses.
+            /// Samples a direction of the diffuse lobe that `u` chooses.
             #[inline(always)]
             pub(super) fn sample_diffuse(&self, u: Vec4) -> Vec3 {
                 #[allow(unused_mut)]
@@ -172,8 +173,7 @@ macro_rules! lobes {
             (names(&facets), names(&diffuse))
         }
 
-        /// What the lobes of a material need of the kernels. It casts caustics by what is specular, and receives them by all
-        /// else.
+        /// Features that the lobes of a material need. Specular lobes cast caustics, all others receive them.
         #[cfg(not(target_arch = "spirv"))]
         pub fn features_of(material: &Material, specular_roughness: f32) -> Features {
             let is_specular = class::reflection(material.roughness, specular_roughness) == Classes::SPECULAR;

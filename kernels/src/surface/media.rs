@@ -1,7 +1,7 @@
-//! The media around a position: up to four materials, that of the highest priority first [Schmidt and Budge 2002].
+//! The media around a position: up to four materials, the one of highest priority first [Schmidt and Budge 2002].
 //!
-//! They are a function of the position, whatever way a path took there: light and camera paths find the same ones. Light
-//! travels in the first; a face whose first medium is the same on both sides does nothing.
+//! They depend on the position alone, whatever way a path took there: light and camera paths find the same media. Light travels
+//! in the first medium. A face whose first medium is the same on both sides does nothing.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -13,42 +13,42 @@ use crate::surface::dispersion::Channel;
 use caustics_kernel_macros::shared;
 use spirv_std::glam::{UVec2, Vec3};
 
-/// Media that are kept.
+/// Largest number of media in a stack.
 const DEPTH: u32 = 4;
 
-/// Materials that a scene may have, so that a medium's takes half a word.
+/// Largest number of materials of a scene, whose ids take half a word.
 pub const MAX_MATERIALS: usize = NO_MEDIUM as usize;
 
-/// Behind the last of them.
+/// Entry of a stack without a medium.
 const NO_MEDIUM: u32 = 0xffff;
 
-/// Materials around a position by falling priority, one twice where two of its solids overlap. A path keeps three of these, and
-/// a GPU its registers: they are two in a word.
+/// Materials around a position by falling priority; a material stands twice where two of its solids overlap. A path keeps three
+/// stacks in registers of a GPU, so two materials share a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MediaStack {
-    /// The first in the lower half, and the second.
+    /// First material in the lower half, second in the upper.
     upper: u32,
-    /// The third, and the fourth.
+    /// Third material in the lower half, fourth in the upper.
     lower: u32,
 }
 
 /// The media on both sides of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sides {
-    /// On the side that the path came from.
+    /// Media on the side that the path came from.
     pub before: MediaStack,
-    /// On the other.
+    /// Media on the other side.
     pub behind: MediaStack,
-    /// Along the segment that ends at the face.
+    /// Media along the segment that ends at the face.
     pub along: MediaStack,
-    /// Whether the face fits to where the path came from: it leaves no medium that the path was not in.
+    /// Whether the face agrees with the media of the path: it leaves no medium that the path was not in.
     pub is_expected: bool,
-    /// Whether a fifth medium was forgotten.
+    /// Whether a fifth medium overflowed the stack.
     pub overflow: bool,
 }
 
 impl Sides {
-    /// Whether one medium lies on both sides, of higher priority than the face's: the face does nothing.
+    /// Whether one medium, of higher priority than the face's, lies on both sides: the face does nothing.
     #[inline(always)]
     pub fn is_covered(self, materials: &[Material]) -> bool {
         let (before, behind) = (self.before.first(), self.behind.first());
@@ -63,13 +63,13 @@ impl MediaStack {
     /// Vacuum.
     pub const VACUUM: MediaStack = MediaStack { upper: NONE, lower: NONE };
 
-    /// As words.
+    /// Packs the stack into two words.
     #[inline(always)]
     pub fn words(self) -> UVec2 {
         UVec2::new(self.upper, self.lower)
     }
 
-    /// Of such words.
+    /// Unpacks a stack from two words.
     #[inline(always)]
     pub fn from_words(words: UVec2) -> Self {
         MediaStack { upper: words.x, lower: words.y }
@@ -80,13 +80,13 @@ impl MediaStack {
         MediaStack { upper: first | second << 16, lower: third | fourth << 16 }
     }
 
-    /// The medium that light travels in here, or `NO_MEDIUM`.
+    /// Medium that light travels in here, or `NO_MEDIUM`.
     #[inline(always)]
     fn first(self) -> u32 {
         self.upper & 0xffff
     }
 
-    /// The media inside of `material` too; the last is forgotten if four are there already (second value true).
+    /// Media inside of `material`, too. A stack of four forgets its last medium; the second value says so.
     #[inline(always)]
     pub fn entered(self, material: u32, materials: &[Material]) -> (Self, bool) {
         let priority = materials[material as usize].priority;
@@ -97,14 +97,14 @@ impl MediaStack {
         (self.inserted(material, index), self.at(3) != NO_MEDIUM)
     }
 
-    /// The medium at an index, counted from that of the highest priority.
+    /// Medium at an index, counted from that of the highest priority.
     #[inline(always)]
     fn at(self, index: u32) -> u32 {
         let two = if index < 2 { self.upper } else { self.lower };
         two >> (16 * (index & 1)) & 0xffff
     }
 
-    /// With `material` before what is at an index; the same where that is beyond the last.
+    /// Stack with `material` inserted at an index; unchanged where that is behind the last.
     #[shared]
     fn inserted(self, material: u32, index: u32) -> Self {
         let (first, second, third) = (self.at(0), self.at(1), self.at(2));
@@ -121,7 +121,7 @@ impl MediaStack {
         }
     }
 
-    /// The media outside of `material`; the same if it is not around.
+    /// Media outside of `material`; unchanged if it is not in the stack.
     #[shared]
     pub fn left(self, material: u32) -> Self {
         let (first, second, third, fourth) = (self.at(0), self.at(1), self.at(2), self.at(3));
@@ -138,14 +138,14 @@ impl MediaStack {
         }
     }
 
-    /// Whether `material` is around.
+    /// Whether `material` is in the stack.
     #[inline]
     pub fn holds(self, material: u32) -> bool {
         let (first, second, third, fourth) = (self.at(0), self.at(1), self.at(2), self.at(3));
         first == material || second == material || third == material || fourth == material
     }
 
-    /// The media at a face, for a path that comes through these: that of a hanging open surface has ended there.
+    /// Media at a face, for a path that comes through these: the medium of a hanging open surface has ended there.
     #[inline(always)]
     pub fn settled(self, features: Features, materials: &[Material]) -> Self {
         let mut settled = self;
@@ -162,10 +162,10 @@ impl MediaStack {
         settled
     }
 
-    /// The media on both sides of a face of the medium `material`, for a path that comes through these.
+    /// Media on both sides of a face of the medium `material`, for a path that comes through these.
     ///
-    /// The back of a solid that the path is not in does nothing: nothing is made up. The face of an open surface alone says where
-    /// its medium is, whatever the path came through, so that a path and its reverse agree.
+    /// The back of a solid that the path is not in does nothing. The face of an open surface alone decides where its medium is,
+    /// whatever the path came through. So a path and its reverse agree.
     #[inline(always)]
     pub fn at_face(self, material: u32, front: bool, features: Features, materials: &[Material]) -> Sides {
         let is_expected = self.holds(material) != front;
@@ -187,7 +187,7 @@ impl MediaStack {
         Sides { before: inside, behind: inside.left(material), along, is_expected, overflow }
     }
 
-    /// Index of refraction here, of a channel where some medium disperses.
+    /// Index of refraction here; in a channel, where any medium disperses.
     #[inline(always)]
     pub fn ior(self, channel: Channel, features: Features, materials: &[Material]) -> f32 {
         let first = self.first();
@@ -198,7 +198,7 @@ impl MediaStack {
         if features.has(Features::DISPERSION) { channel.ior(material) } else { material.ior }
     }
 
-    /// That of each channel.
+    /// Index of refraction here, in each channel.
     #[inline(always)]
     pub fn iors(self, features: Features, materials: &[Material]) -> Vec3 {
         Vec3::new(
@@ -215,7 +215,7 @@ impl MediaStack {
         first != NO_MEDIUM && materials[first as usize].dispersion > 0.0
     }
 
-    /// Share of light left after `distance` (m) here.
+    /// Transmittance over `distance` (m) here: exp(-absorption times distance).
     #[inline(always)]
     pub fn transmittance(self, materials: &[Material], distance: f32) -> Vec3 {
         let first = self.first();
@@ -231,7 +231,7 @@ impl MediaStack {
     }
 }
 
-/// Whether a medium of this priority stands before another; the same one may.
+/// Whether a medium of this priority stands before another; one of equal priority does.
 #[inline(always)]
 fn outranks(priority: i32, other: u32, materials: &[Material]) -> bool {
     other == NO_MEDIUM || priority >= materials[other as usize].priority
@@ -243,7 +243,7 @@ mod tests {
 
     const FEATURES: Features = Features::OPEN_SURFACES;
 
-    /// Five media; the later, the higher its priority. The last is an open surface.
+    /// Five media of rising priority. The last is an open surface.
     fn five() -> [Material; 5] {
         let mut materials = [0, 1, 2, 3, 4].map(|priority| Material {
             priority,
@@ -291,11 +291,11 @@ mod tests {
     fn two_solids_of_one_material_meet_without_a_face_whatever_their_priorities() {
         let mut materials = five();
         materials[3].medium = 0;
-        // A small one reaches out of a large one: the surfaces of both vanish within the other.
+        // A small solid reaches out of a large one: the surfaces of both vanish within the other.
         assert!(within(&[0]).at_face(3, true, FEATURES, &materials).is_covered(&materials));
         assert!(within(&[0, 3]).at_face(0, false, FEATURES, &materials).is_covered(&materials));
         assert!(within(&[0, 3]).at_face(3, false, FEATURES, &materials).is_covered(&materials));
-        // With another medium around the small one, its surface is there.
+        // With another medium around the small solid, its surface is there.
         assert!(!within(&[0, 1]).at_face(3, true, FEATURES, &materials).is_covered(&materials));
         assert!(!within(&[]).at_face(3, true, FEATURES, &materials).is_covered(&materials));
         assert!(!within(&[3]).at_face(3, false, FEATURES, &materials).is_covered(&materials));
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sheet_has_the_same_sides_for_a_path_and_its_reverse() {
+    fn an_open_surface_has_the_same_sides_for_a_path_and_its_reverse() {
         let materials = five();
         for outside in [within(&[]), within(&[1])] {
             let inside = outside.entered(4, &materials).0;
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn the_medium_of_a_hanging_sheet_ends_at_the_next_face() {
+    fn the_medium_of_a_hanging_open_surface_ends_at_the_next_face() {
         let mut materials = five();
         materials[4].flags = FLAG_OPEN_SURFACE | FLAG_HANGING;
         let (outside, below) = (within(&[1]), within(&[1, 4]));
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn the_medium_of_highest_priority_says_what_disperses() {
+    fn the_medium_of_highest_priority_decides_dispersion() {
         let mut materials = five();
         materials.iter_mut().for_each(|material| material.ior = 1.5);
         materials[1].dispersion = 2.0;

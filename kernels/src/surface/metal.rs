@@ -5,7 +5,7 @@ use crate::math::mean;
 use crate::surface::{Bsdf, fresnel};
 use spirv_std::glam::Vec3;
 
-/// Whether a material has it.
+/// Whether a material has this lobe.
 #[inline]
 pub fn occurs(material: &Material) -> bool {
     material.metallic > 0.0
@@ -24,7 +24,7 @@ pub fn eval(bsdf: &Bsdf, facets: f32, cos_half: f32) -> Vec3 {
     fresnel::schlick(bsdf.material.base_color, cos_half) * (bsdf.material.metallic * facets)
 }
 
-/// Share that a smooth surface reflects.
+/// Reflectance of a smooth surface.
 #[inline(always)]
 pub fn smooth(bsdf: &Bsdf) -> Vec3 {
     fresnel::schlick(bsdf.material.base_color, bsdf.to_previous.z) * bsdf.material.metallic

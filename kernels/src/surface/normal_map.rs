@@ -9,8 +9,8 @@ use crate::interface::texture::{MaterialTextures, TextureCoordinates};
 use crate::texture::sample::sample;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// The mapped normal of the triangle's front, whose unit interpolated normal is `normal`; that one itself where the
-/// map is flat or there is no tangent.
+/// Mapped normal of the triangle's front, from its unit interpolated normal `normal`. Returns `normal` where the map is flat or
+/// there is no tangent.
 #[inline(always)]
 pub fn normal(
     tables: TextureTables<'_>,
@@ -33,6 +33,6 @@ pub fn normal(
     }
     let tangent = tangent / square.sqrt();
     let bitangent = normal.cross(tangent) * coordinates.handedness;
-    // A map's normals lean at most level with the surface.
+    // Clamp mapped normals to the plane of the surface.
     (tangent * x + bitangent * y + normal * mapped.z.max(0.0)).normalize()
 }

@@ -1,15 +1,16 @@
 //! Rough dielectric: GGX facets that reflect and refract by exact Fresnel [Walter et al. 2007], visible normals.
 //!
 //! Reflection shares the facets of the other reflections. All f here are those of flux, whose integral over cos is the
-//! share that passes; radiance takes eta^2 besides (see `collect`). A rough thin wall passes its reflection lobe
+//! transmitted share; radiance takes eta^2 besides (see `path::camera_path`). A rough thin wall transmits its reflection lobe
 //! mirrored through its plane, as glTF says.
 //!
-//! The lobe samples a visible facet and reflects by that facet's Fresnel reflectance [Walter et al. 2007, 5.3]: a white sample weighs
-//! what the masking leaves, never more than 1, and a path of many bounces as well. Where reflection and transmission are of
-//! different classes, a collection point divides by the probability of its class; that of a choice by facet is an integral without
-//! a closed form. There alone, on a camera prefix, [`reflection_probability`] chooses before the facet, and weights exceed 1.
+//! The lobe samples a visible facet and reflects by that facet's Fresnel reflectance [Walter et al. 2007, 5.3]. A white sample
+//! weighs what the masking leaves, never more than 1, and so does a path of many bounces. Where reflection and transmission are
+//! of different classes, a collection point divides by the probability of its class. With a choice by facet, that probability is
+//! an integral without a closed form. There alone, on a camera prefix, [`reflection_probability`] chooses before the facet, and
+//! weights exceed 1.
 //!
-//! Scattering is single, as glTF defines the lobe: what a facet sends to other facets is lost.
+//! Limitations: scattering is single, as glTF defines the lobe. Light that a facet sends to other facets is lost.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -18,7 +19,7 @@ use crate::interface::material::{FLAG_THIN, Material};
 use crate::surface::{dielectric, ggx};
 use spirv_std::glam::Vec3;
 
-/// Interfaces that refract less are smooth: the normal that refracts one direction to another is lost in rounding.
+/// Smallest |eta - 1| of a rough interface. Below it the normal that refracts one direction to another is lost in rounding.
 const MIN_REFRACTION: f32 = 0.01;
 
 /// Whether the interface is rough. `eta` = index on the path's side over index behind.
@@ -28,11 +29,11 @@ pub fn is_rough(material: &Material, eta: f32) -> bool {
     material.transmission > 0.0 && material.roughness >= ggx::DELTA_ROUGHNESS && refracts
 }
 
-/// Probability to choose reflection before the facet is known. Any value is unbiased; with the square root of the mean
-/// square of what facets reflect, over the sum of that and of the root for transmission, the second moment of weights is least.
-/// This is a fit to it over all cosines, roughnesses from 0.1 to 1 and eta from 1/2.4 to 2.4: the mean of three
-/// reflectances around the mean cosine of visible facets. The second moment stays below 1.9, and is 5 % above the least one in the mean
-/// (`the_choice_before_the_facet_is_near_the_best_one`).
+/// Probability of reflection, chosen before the facet is known. Any value is unbiased. Let R be the root mean square of what
+/// facets reflect, and T that of what they transmit. R / (R + T) minimises the second moment of weights. This is a fit to it over
+/// all cosines, roughnesses from 0.1 to 1 and eta from 1/2.4 to 2.4. It takes the mean of three reflectances around the mean
+/// cosine of visible facets. The second moment stays below 1.9, and is on average 5 % above the smallest one
+/// (`lobe_choice_before_the_facet_is_within_6_percent_of_the_minimum`).
 #[inline]
 pub fn reflection_probability(material: &Material, cos: f32, eta: f32) -> f32 {
     let alpha = ggx::alpha(material.roughness);
@@ -44,8 +45,8 @@ pub fn reflection_probability(material: &Material, cos: f32, eta: f32) -> f32 {
     0.05 + 0.3 * around
 }
 
-/// Shares by which a facet of this reflectance reflects and transmits; what is transmitted is tinted by `tint` in expectation. They
-/// sum to 1.
+/// Probabilities that a facet of this reflectance reflects and transmits. `tint` is the mean tint of transmitted light. They sum
+/// to 1.
 #[inline]
 pub fn shares(reflectance: f32, tint: f32) -> (f32, f32) {
     let passed = (1.0 - reflectance) * tint;
@@ -60,18 +61,18 @@ pub struct Transmitted {
     pub f: f32,
     /// Density with which visible facets refract to that direction.
     pub pdf_solid_angle: f32,
-    /// Fresnel reflectance of the facet that does.
+    /// Fresnel reflectance of that facet.
     pub reflectance: f32,
 }
 
-/// Transmission towards a direction behind (z < 0).
+/// Evaluates transmission in a direction behind the face (z < 0) [Walter et al. 2007].
 #[inline]
 pub fn eval(material: &Material, to_previous: Vec3, direction: Vec3, eta: f32) -> Transmitted {
     let alpha = ggx::alpha(material.roughness);
     let mirrored = Vec3::new(direction.x, direction.y, -direction.z);
     let (mut half, mut stretch) = ((to_previous + mirrored).normalize(), 1.0);
     if material.flags & FLAG_THIN == 0 {
-        // Snell's law at the facet: both directions' tangential parts cancel along this vector.
+        // Find the facet by Snell's law: the tangential parts of both directions cancel along this vector.
         let along = to_previous * eta + direction;
         let square = along.length_squared();
         half = along / square.sqrt();
@@ -82,7 +83,7 @@ pub fn eval(material: &Material, to_previous: Vec3, direction: Vec3, eta: f32) -
         if cos <= 0.0 || cos_behind <= 0.0 {
             return Transmitted::default();
         }
-        // d half / d direction is cos_behind / |along|^2, where mirroring has 1 / (4 cos).
+        // Scale by the Jacobian d half / d direction = cos_behind / |along|^2, where mirroring has 1 / (4 cos).
         stretch = 4.0 * cos * cos_behind / square;
     }
     let reflectance = dielectric::reflectance(material, to_previous.dot(half), eta);
@@ -90,8 +91,7 @@ pub fn eval(material: &Material, to_previous: Vec3, direction: Vec3, eta: f32) -
     Transmitted { f, pdf_solid_angle: stretch * ggx::visible_pdf(to_previous, half, alpha), reflectance }
 }
 
-/// The direction that a facet refracts to. It may leave on the near side, and does where the facet reflects totally:
-/// then nothing passes.
+/// Direction that a facet refracts to. It may leave on the near side, and does in total reflection: then nothing is transmitted.
 #[inline]
 pub fn refracted(material: &Material, to_previous: Vec3, eta: f32, half: Vec3) -> Vec3 {
     let cos = to_previous.dot(half);

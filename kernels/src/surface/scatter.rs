@@ -13,7 +13,7 @@ use crate::surface::vertex::Vertex;
 use crate::surface::{Bsdf, DielectricInterface, Evaluated, Sampled, ggx};
 use spirv_std::glam::{Vec3, Vec4};
 
-/// A vertex that is about to scatter.
+/// Vertex that is about to scatter.
 #[derive(Clone, Copy, Debug)]
 pub struct ScatteringVertex {
     /// The vertex.
@@ -27,7 +27,7 @@ pub struct ScatteringVertex {
     media_overflow: bool,
 }
 
-/// A ray that leaves a scattering.
+/// Ray that leaves a scattering event.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
     /// The ray; its direction is a unit vector in the world.
@@ -41,8 +41,8 @@ pub struct BsdfSample {
 }
 
 impl ScatteringVertex {
-    /// The scattering at `vertex`, inside `media`, with the lobes of `classes`, of a path that carries `throughput` (up to a
-    /// factor), and `channel` alone where that matters (`needs_channel`). `divides` as for [`Bsdf::new`].
+    /// Scattering at `vertex`, inside `media`, with the lobes of `classes`. The path carries `throughput` (up to a factor), and
+    /// `channel` alone where a rough face disperses (`needs_channel`). `divides` as for [`Bsdf::new`].
     #[inline(always)]
     pub fn new(
         vertex: Vertex,
@@ -57,6 +57,7 @@ impl ScatteringVertex {
         features: Features,
     ) -> Self {
         let frame = ShadingFrame::new(vertex.shading_normal);
+        // Find the media on both sides, and the ratio of their indices of refraction
         let mut indices = Indices::new(1.0);
         let around = media.settled(features, materials);
         let (mut media, mut behind, mut media_overflow) = (around, around, false);
@@ -74,33 +75,34 @@ impl ScatteringVertex {
                 indices = Indices::new(eta);
             }
         }
-        // Paths come from above the face.
+        // Make the BSDF; paths come from above the face.
         let to_previous = flip_to_geometric_hemisphere(frame.to_local(vertex.to_previous), true);
         let (bsdf, dielectric) =
             Bsdf::new(material, to_previous, indices, specular_roughness, classes, divides, features);
         ScatteringVertex { vertex, bsdf, frame, dielectric, media, behind, media_overflow }
     }
 
-    /// The non-delta lobes of `class` towards a world direction.
+    /// Evaluates the non-delta lobes of `class` in a world direction.
     #[inline(always)]
     pub fn eval(&self, direction: Vec3, class: Classes) -> Evaluated {
         let above = direction.dot(self.vertex.face_normal) > 0.0;
         self.bsdf.eval(flip_to_geometric_hemisphere(self.frame.to_local(direction), above), class)
     }
 
-    /// Media on the side that a world direction leaves to.
+    /// Media on the side to which a world direction leaves.
     #[inline(always)]
     pub fn media_towards(&self, direction: Vec3) -> MediaStack {
         if direction.dot(self.vertex.face_normal) < 0.0 { self.behind } else { self.media }
     }
 
-    /// Samples a lobe and leaves.
+    /// Samples a lobe. Returns the ray that leaves.
     #[inline(always)]
     pub fn sample(&self, u: Vec4) -> BsdfSample {
         let sampled = self.bsdf.sample(self.dielectric, u);
         let vertex = &self.vertex;
         let mut direction =
             if sampled.straight { -vertex.to_previous } else { self.frame.to_world(sampled.direction) };
+        // Flip the direction to the side of the face that the lobe scatters to
         if (direction.dot(vertex.face_normal) > 0.0) == sampled.transmitted {
             direction = -direction;
         }

@@ -1,4 +1,4 @@
-//! Materials as textures make them: factors times texels, at a vertex and at a collection point.
+//! Textured materials: factors times texels, at a vertex and at a collection point.
 
 use crate::interface::features::Features;
 use crate::interface::material::{
@@ -11,8 +11,8 @@ use crate::surface::vertex::Vertex;
 use crate::texture::sample::sample;
 use spirv_std::glam::Vec3;
 
-/// The material at a vertex. What textures change is rounded to what a collection point can store, so that all paths
-/// see the same numbers and decide alike which lobe is specular.
+/// Material at a vertex. Textured values are rounded to what a collection point can store. All paths thus see the same numbers
+/// and agree which lobe is specular.
 #[inline(always)]
 pub fn material_at(scene: SceneTables<'_>, vertex: &Vertex, features: Features) -> Material {
     let mut material = scene.materials[vertex.material as usize];
@@ -30,7 +30,7 @@ pub fn material_at(scene: SceneTables<'_>, vertex: &Vertex, features: Features) 
             material.metallic = from_byte(to_byte((material.metallic * texel.z).min(1.0)));
         }
         if material.flags & FLAG_EMISSIVE_TEXTURE != 0 {
-            // The finest level for every path: lights are sampled by it too.
+            // Use the finest level for every path: lights are sampled by it too.
             material.emission *= sample(scene.textures, record.emissive, at, 0.0).truncate();
         }
     }
@@ -42,7 +42,7 @@ fn rounded_color(color: Vec3) -> Vec3 {
     Vec3::new(from_half(to_half(color.x)), from_half(to_half(color.y)), from_half(to_half(color.z)))
 }
 
-/// Two words that hold what textures change: (red and green; blue, roughness, metallic).
+/// Packs the textured values into two words: (red and green; blue, roughness, metallic).
 #[inline]
 pub fn packed(material: &Material) -> (u32, u32) {
     let color = material.base_color;
@@ -52,7 +52,7 @@ pub fn packed(material: &Material) -> (u32, u32) {
     )
 }
 
-/// The material at a collection point.
+/// Material at a collection point.
 #[inline(always)]
 pub fn material_of(point: &PointShading, materials: &[Material], features: Features) -> Material {
     let mut material = materials[point.material as usize];

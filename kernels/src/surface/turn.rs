@@ -1,4 +1,4 @@
-//! How a triangle's interpolated normal turns along its face.
+//! Change of a triangle's interpolated normal along its face.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -10,8 +10,8 @@ use crate::math::face::{Face, VertexNormals};
 use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
-/// Changes of the unit interpolated normal at `hit`, on the side that the path met, for two small steps along the face (m);
-/// zero on a flat triangle. What a normal map adds is left out.
+/// Changes of the unit interpolated normal at `hit`, for two small steps along the face (m). The normal is on the side that the
+/// path met; a flat triangle has no change. A normal map is left out.
 #[inline(always)]
 pub fn normal_changes(
     scene: SceneTables<'_>,
@@ -38,7 +38,7 @@ fn change(face: Face, normals: VertexNormals, smooth: Vec3, step: Vec3) -> Vec3 
     if length_squared <= 1.0e-12 || square == 0.0 {
         return Vec3::ZERO;
     }
-    // The step in barycentric coordinates.
+    // Express the step in barycentric coordinates.
     let along_b = step.cross(edge_c).dot(outward) / square;
     let along_c = edge_b.cross(step).dot(outward) / square;
     let change = (normals.b - normals.a) * along_b + (normals.c - normals.a) * along_c;

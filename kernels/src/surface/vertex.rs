@@ -13,8 +13,8 @@ use crate::texture::coordinates::coordinates;
 use crate::texture::cut_out::uv;
 use spirv_std::glam::{Vec2, Vec3};
 
-/// A vertex of a path on a triangle. The face's normal lies on the side that the path came from, the shading
-/// normal on the same side of its own surface, which may face away from the path (`surface/hemisphere.rs`).
+/// Vertex of a path on a triangle. The face normal lies on the side that the path came from. The shading normal lies on the same
+/// side of its own surface, which may face away from the path (`surface/hemisphere.rs`).
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex {
     /// Position (m), interpolated from the corners.
@@ -23,7 +23,7 @@ pub struct Vertex {
     pub to_previous: Vec3,
     /// Unit normal of the face.
     pub face_normal: Vec3,
-    /// Unit normal that lobes are around: that of the face or the interpolated, turned by the normal map.
+    /// Unit normal of the lobes: that of the face or the interpolated one, turned by the normal map.
     pub shading_normal: Vec3,
     /// Signed curvature [1/m], positive where the side met is convex.
     pub curvature: f32,
@@ -39,15 +39,15 @@ pub struct Vertex {
     pub clearance: f32,
     /// Texture coordinates; unused without a texture.
     pub uv: Vec2,
-    /// Width of the path's footprint in texture coordinates; 0 asks for the finest level.
+    /// Width of the path's footprint in texture coordinates; 0 for the finest level.
     pub uv_footprint: f32,
 }
 
 /// Smallest cosine that footprints are projected with.
 const MIN_COS: f32 = 0.05;
 
-/// The vertex at `hit` of `ray`, whose cone is `width` (m) wide there. A camera prefix gives its cone's width; every
-/// other path gives 0, so that paths of both kinds see the same material behind the collection point.
+/// Vertex at `hit` of `ray`, whose cone is `width` (m) wide there. A camera prefix gives the width of its cone. Every other path
+/// gives 0, so that paths of both kinds see the same material behind the collection point.
 #[inline(always)]
 pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, width: f32) -> Vertex {
     let face = Face::new(scene, features, hit.instance, hit.triangle);
@@ -62,6 +62,7 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
     if features.has(Features::INSTANCES) {
         moving = scene.instances[hit.instance as usize].moving;
     }
+    // Interpolate the normal
     if features.has(Features::SMOOTH_NORMALS) {
         let normals = VertexNormals::new(scene, features, hit.instance, hit.triangle);
         if features.has(Features::INSTANCES) && hit.instance != 0 && curvature != 0.0 {
@@ -69,19 +70,20 @@ pub fn vertex(scene: SceneTables<'_>, features: Features, ray: &Ray, hit: &Hit, 
         }
         let smooth = normals.at(hit.u, hit.v) * side;
         let length_squared = smooth.length_squared();
-        // Zeros ask for the face's own normal.
+        // Keep the face's normal where the interpolated one is zero.
         if length_squared > 1.0e-12 {
             shading_normal = smooth / length_squared.sqrt();
         }
     }
 
+    // Find the texture coordinates and their footprint, and turn the normal by its map
     let (mut at, mut uv_footprint) = (Vec2::ZERO, 0.0);
     if features.has(Features::TEXTURES | Features::NORMAL_MAPS) {
         let flags = scene.materials[surface.material as usize].flags;
         if flags & FLAGS_TEXTURE != 0 {
             let coordinates = coordinates(scene, features, hit.instance, hit.triangle, &face);
             at = uv(&coordinates, hit.u, hit.v);
-            // The longer axis of the footprint [ray cones, section 3].
+            // Longer axis of the footprint [ray cones, section 3].
             uv_footprint = width.abs() * coordinates.density / to_previous.dot(face_normal).max(MIN_COS);
             if features.has(Features::NORMAL_MAPS) && flags & FLAG_NORMAL_MAP != 0 {
                 let record = scene.textures.material_textures[surface.material as usize];

@@ -1,4 +1,4 @@
-//! Where a triangle lies on its material's textures, as it stands in the world.
+//! Texture coordinates of triangles in the world.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -8,7 +8,8 @@ use crate::interface::scene::SceneTables;
 use crate::interface::texture::TextureCoordinates;
 use crate::math::face::{Face, unit};
 
-/// The coordinates of a triangle of an instance, which stands at `face`: its tangents turn with it, and it is larger or smaller.
+/// Texture coordinates of a triangle of an instance, which stands at `face`: tangents turn with it, and the density follows its
+/// size.
 #[inline(always)]
 pub fn coordinates(
     scene: SceneTables<'_>,
@@ -21,7 +22,7 @@ pub fn coordinates(
     if features.has(Features::INSTANCES) && instance != 0 {
         let own = scene.triangles[triangle as usize];
         let (area, in_world) = ((own.b - own.a).cross(own.c - own.a).length(), face.outward().length());
-        // Without an area it is never hit.
+        // A triangle without an area is never hit.
         record.density *= (area / in_world.max(f32::MIN_POSITIVE)).sqrt();
         let to_world = scene.instances[instance as usize].to_world;
         record.tangent_a = unit(to_world.vector(record.tangent_a));

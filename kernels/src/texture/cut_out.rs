@@ -1,9 +1,10 @@
-//! What is there of a surface: not where its alpha is below its material's cut-off (holes), and where it blends for a share
-//! alpha of rays [stochastic transparency, Enderton et al. 2010].
+//! Cut-outs and blending: surfaces that are not there everywhere, or not for every ray. A surface has holes where its alpha is
+//! below its material's cut-off. Where it blends, it is there for a share alpha of rays [stochastic transparency, Enderton et al.
+//! 2010].
 //!
-//! Whether a ray meets what blends is told by a hash of the ray's key, the triangle and its instance, whatever else it meets and in whatever
-//! order: so tracers agree, a path that is traced again is the same, and what passes is no event. Rays have keys of their own,
-//! so that layers and rays are independent, and all light that passes n layers is what their shares let pass.
+//! A hash of the ray's key, the triangle and its instance decides whether a ray meets a blended surface. Other hits and their
+//! order have no influence. So tracers agree, a path that is traced again is the same, and passing a surface is no event. Rays
+//! have keys of their own, so that layers and rays are independent: of n layers, each lets its own share of the light pass.
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
@@ -17,13 +18,13 @@ use crate::math::rng::{pcg4d, units};
 use crate::texture::sample::sample;
 use spirv_std::glam::{UVec4, Vec2};
 
-/// Some surface is not there somewhere, or not for every ray.
+/// Features with which some surface is not there somewhere, or not for every ray.
 pub const SOME_ARE_NOT_THERE: Features = Features(Features::CUT_OUTS.0 | Features::BLENDS.0);
 
-/// What a tracer reads beside its structure: where instances stand, and whether a hit is there.
+/// Tables that a tracer reads beside its structure: instances, and the presence of surfaces at hits.
 #[derive(Clone, Copy)]
 pub struct CutOuts<'a> {
-    /// The world, and meshes with rows of their own.
+    /// Instances: the world, and meshes with records of their own.
     pub instances: &'a [Instance],
     /// Materials of triangles.
     pub surfaces: &'a [TriangleSurface],
@@ -31,30 +32,31 @@ pub struct CutOuts<'a> {
     pub materials: &'a [Material],
     /// Textures.
     pub textures: TextureTables<'a>,
-    /// What the scene needs.
+    /// Features that the scene needs.
     pub features: Features,
 }
 
 impl<'a> CutOuts<'a> {
-    /// Those of a scene.
+    /// Tables of a scene.
     #[inline(always)]
     pub fn new(scene: SceneTables<'a>, features: Features) -> Self {
         let SceneTables { instances, surfaces, materials, textures, .. } = scene;
         CutOuts { instances, surfaces, materials, textures, features }
     }
 
-    /// Whether there is anything at a hit, for rays of this key.
+    /// Whether a surface is there at a hit, for rays of a key.
     #[inline(always)]
     pub fn is_there(&self, hit: &Hit, key: u32) -> bool {
         !self.features.has(SOME_ARE_NOT_THERE) || self.is_solid(hit, key)
     }
 
-    /// The same where not everything is. On a CPU an own function, so that it takes no registers from tracers.
+    /// Whether a surface is there at a hit, in scenes with holes or blending. On a CPU it is not inlined, so that it takes no
+    /// registers from tracers.
     #[cfg_attr(target_arch = "spirv", inline(always))]
     #[cfg_attr(not(target_arch = "spirv"), inline(never))]
     fn is_solid(&self, hit: &Hit, key: u32) -> bool {
         let share = self.share(hit.triangle, hit.u, hit.v);
-        // All or nothing needs no hash.
+        // A share of 0 or 1 needs no hash.
         share > 0.0 && (share >= 1.0 || share > hash_float(key, hit.triangle, hit.instance))
     }
 
@@ -88,7 +90,7 @@ impl<'a> CutOuts<'a> {
     }
 }
 
-/// Uniform in [0, 1) by a ray's key and the triangle of an instance.
+/// Number uniform in [0, 1), by a ray's key and the triangle of an instance.
 #[inline(always)]
 pub fn hash_float(key: u32, triangle: u32, instance: u32) -> f32 {
     units(pcg4d(UVec4::new(key, triangle, instance ^ 0x6a09_e667, 0xbb67_ae85))).x

@@ -1,4 +1,4 @@
-//! Emission of textured triangles, as lights are sampled by.
+//! Emission of textured triangles, for sampling and evaluation of lights.
 
 use crate::interface::features::Features;
 use crate::interface::material::FLAG_EMISSIVE_TEXTURE;

@@ -9,7 +9,7 @@ use crate::texture::srgb;
 use caustics_kernel_macros::shared;
 use spirv_std::glam::{Vec2, Vec4};
 
-/// The word at `index`, counted through all chunks.
+/// Word at `index`, which counts through all chunks.
 #[inline(always)]
 pub fn word(tables: TextureTables<'_>, index: u32) -> u32 {
     let (chunk, within) = (index / CHUNK_TEXELS, (index % CHUNK_TEXELS) as usize);
@@ -24,7 +24,7 @@ pub fn word(tables: TextureTables<'_>, index: u32) -> u32 {
     }
 }
 
-/// The texel of a word: linear light, a share, or a vector's component.
+/// Decodes a word to a texel: linear light, shares, or components of a vector.
 #[shared]
 pub fn decoded(encoding: u32, word: u32) -> Vec4 {
     let bytes = Vec4::new(
@@ -48,14 +48,14 @@ pub fn decoded(encoding: u32, word: u32) -> Vec4 {
     shares
 }
 
-/// Largest integer not above.
+/// Largest integer not above `x`.
 #[inline]
 pub fn floor(x: f32) -> i32 {
     let toward_zero = x as i32;
     if toward_zero as f32 > x { toward_zero - 1 } else { toward_zero }
 }
 
-/// Coordinates brought to where the texels next to them are at most one off the range that `wrapped` folds.
+/// Reduces coordinates so that the texels next to them are at most one off the range that `wrapped` accepts.
 #[shared]
 pub fn reduced(texture: Texture, uv: Vec2) -> Vec2 {
     Vec2::new(reduced_along(uv.x, texture.wrap_u), reduced_along(uv.y, texture.wrap_v))
@@ -72,7 +72,7 @@ fn reduced_along(coordinate: f32, wrap: u32) -> f32 {
     }
 }
 
-/// The texel of a row (or column) of `size` that a texel in [-1, 2 size] stands for.
+/// Index in a row (or column) of `size` texels, for a texel in [-1, 2 size].
 #[inline]
 pub fn wrapped(texel: i32, size: i32, wrap: u32) -> u32 {
     let mut inside = texel;
@@ -86,22 +86,22 @@ pub fn wrapped(texel: i32, size: i32, wrap: u32) -> u32 {
     } else if wrap == WRAP_MIRRORED && texel >= size {
         inside = 2 * size - 1 - texel;
     }
-    // Also the border of a clamped texture, and whatever rounding does elsewhere.
+    // Clamp at the border of a clamped texture, and after any rounding elsewhere.
     clamp(inside, 0, size - 1) as u32
 }
 
 /// A level of a texture.
 #[derive(Clone, Copy)]
 pub struct Level {
-    /// Texels of a row.
+    /// Width (texels).
     pub width: u32,
-    /// Rows.
+    /// Height (texels).
     pub height: u32,
-    /// Its first texel, among all.
+    /// Index of its first texel, among all.
     pub offset: u32,
 }
 
-/// A level by its number; 0 is the finest.
+/// Level of a number; 0 is the finest.
 #[inline(always)]
 pub fn level(texture: Texture, number: u32) -> Level {
     let Texture { width, height, offset, .. } = texture;

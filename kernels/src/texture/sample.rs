@@ -10,7 +10,7 @@ use crate::texture::fetch::{Level, decoded, floor, level, reduced, word, wrapped
 use caustics_kernel_macros::shared;
 use spirv_std::glam::{Vec2, Vec4};
 
-/// The texture at `uv`, over a footprint of this width in uv (0: the finest level).
+/// Filtered texel of a texture at `uv`, over a footprint of a width in uv (0: the finest level).
 #[inline(always)]
 pub fn sample(tables: TextureTables<'_>, texture: u32, uv: Vec2, footprint: f32) -> Vec4 {
     let texture = tables.textures[texture as usize];
@@ -36,7 +36,6 @@ pub fn sample(tables: TextureTables<'_>, texture: u32, uv: Vec2, footprint: f32)
     sum
 }
 
-/// Weight of the second of two texels this far along; all or nothing for the nearest.
 /// Four texels around a position in a level.
 #[derive(Clone, Copy)]
 struct Quad {
@@ -48,12 +47,12 @@ struct Quad {
     along_y: f32,
 }
 
-/// One of them.
+/// One of the four texels.
 #[derive(Clone, Copy)]
 struct Corner {
-    /// Of the texel, among all.
+    /// Index of the texel, among all.
     index: u32,
-    /// Its share of the sum.
+    /// Weight in the sum.
     weight: f32,
 }
 
@@ -81,6 +80,7 @@ impl Quad {
     }
 }
 
+/// Weight of the second of two texels, at a position between them; 0 or 1 for the nearest texel.
 #[inline]
 fn weight(along: f32, nearest: u32) -> f32 {
     if nearest == 0 {
@@ -92,14 +92,14 @@ fn weight(along: f32, nearest: u32) -> f32 {
     }
 }
 
-/// The level whose texels are as wide as the footprint: 0 is the finest, and each next has texels twice as wide.
+/// Level whose texels are as wide as the footprint: 0 is the finest, and each further level has texels twice as wide.
 #[shared]
 pub fn level_of(texture: Texture, footprint: f32) -> f32 {
     let texels = footprint * ((texture.width as f32) * (texture.height as f32)).sqrt();
     if texels > 1.0 {
         clamp(texels.log2(), 0.0, (texture.level_count - 1) as f32)
     } else {
-        // Also where the footprint is not a number.
+        // A footprint that is NaN also gives the finest level.
         0.0
     }
 }

@@ -1,16 +1,16 @@
-//! The curve of sRGB, without a power: an approximation that every runner computes alike.
+//! Transfer function of sRGB without a power: an approximation that every runner computes alike.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
 
-/// The linear value of an encoded one in [0, 1]; relative error below 3e-6.
+/// Linear value of an encoded value in [0, 1]; relative error below 3e-6.
 #[inline]
 pub fn to_linear(encoded: f32) -> f32 {
     if encoded <= 0.040_45 {
         return encoded * (1.0 / 12.92);
     }
     let x = (encoded + 0.055) * (1.0 / 1.055);
-    // x^2.4 = x^2 s^0.8 of s = sqrt(x); the polynomial has the least largest relative error over s in [0.3, 1].
+    // x^2.4 = x^2 s^0.8 with s = sqrt(x). The polynomial minimises the largest relative error over s in [0.3, 1].
     let s = x.sqrt();
     let power = 0.031_369_135
         + s * (1.386_490_6
@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_curve_is_that_of_the_standard() {
+    fn to_linear_matches_the_standard() {
         for byte in 0..=255 {
             let encoded = f64::from(byte) / 255.0;
             let exact =

@@ -1,5 +1,6 @@
-//! Software tracer on GPUs without ray queries, and on CPUs without AVX2 (`bvh8.rs`): a bounding volume hierarchy (BVH) of four
-//! children a node, whose boxes are tested at once. On a CPU glam's Vec4 is a vector register; on a GPU the same code is scalar.
+//! Software tracer of GPUs without ray queries, and of CPUs without AVX2 (`bvh8.rs`). It traverses a bounding volume hierarchy
+//! (BVH) of four children a node, whose boxes it tests at once. On a CPU glam's Vec4 is a vector register; on a GPU the same code
+//! is scalar.
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -19,11 +20,11 @@ pub struct BvhTracer<'a> {
     pub nodes: &'a [BvhNode],
     /// Leaves.
     pub blocks: &'a [TriangleBlock],
-    /// Meshes with BVHs of their own, and what is not there of triangles.
+    /// Instances, and the presence of surfaces at hits.
     pub cut_outs: CutOuts<'a>,
 }
 
-/// Room for two roundings a slab: a relative slack of 4 ulp keeps the test of a box conservative.
+/// Relative slack of 4 ulp, for two roundings a slab: keeps the test of a box conservative.
 pub(super) const SLACK: f32 = 1.0 + 4.0 * f32::EPSILON;
 
 impl Tracer for BvhTracer<'_> {
@@ -38,8 +39,8 @@ impl Tracer for BvhTracer<'_> {
 }
 
 impl BvhTracer<'_> {
-    /// On a CPU, scenes without instances have a traversal of their own, which carries nothing of theirs. A GPU's
-    /// compiler knows the bit.
+    /// Finds a hit. On a CPU, scenes without instances have a traversal of their own, which carries no state of instances. A
+    /// GPU's compiler knows the bit.
     #[inline(always)]
     pub(super) fn find<const ANY: bool>(&self, ray: &Ray) -> Hit {
         let BvhTracer { nodes, blocks, cut_outs } = self;
@@ -51,7 +52,7 @@ impl BvhTracer<'_> {
     }
 }
 
-/// What a traversal multiplies by instead of dividing by a direction.
+/// Inverses of a direction's components, by which a traversal multiplies instead of dividing.
 #[inline(always)]
 pub(super) fn safe_inverses(direction: Vec3) -> Vec3 {
     Vec3::new(safe_inverse(direction.x), safe_inverse(direction.y), safe_inverse(direction.z))
@@ -64,11 +65,11 @@ fn safe_inverse(x: f32) -> f32 {
     1.0 / if x.abs() < limit { if x < 0.0 { -limit } else { limit } } else { x }
 }
 
-/// Words of a stack: more than are used, so that two of them are not kept in registers.
+/// Words of a stack: more than are used, so that the compiler does not keep two of them in registers.
 const STACK_ROOM: usize = BVH_STACK_SIZE + 1;
 
-/// Closest hit, or any hit if `ANY`. With `INSTANCES`, these take the ray into their own space; its direction keeps the
-/// length that it gets there, so that distances are the world's.
+/// Finds the closest hit, or any hit if `ANY`. With `INSTANCES`, instances transform the ray into their own space. Its direction
+/// keeps the length that it gets there, so that distances are the world's.
 #[inline]
 fn traverse<const ANY: bool, const INSTANCES: bool>(
     nodes: &[BvhNode],
@@ -205,7 +206,7 @@ pub(super) fn intersect_block(
     let all = |lanes: &[[f32; 4]; 3]| lanes.map(Vec4::from_array);
     let Crossing { u, v, w, sum, distance } = Crossing::new(all(&block.a), all(&block.b), all(&block.c), ray);
     let inside = u.min(v).min(w).cmpge(Vec4::ZERO) | u.max(v).max(w).cmple(Vec4::ZERO);
-    // A block that is missed ends here: what follows needs normals and a division.
+    // Return on a miss: the rest needs normals and a division.
     if !inside.any() {
         return;
     }
@@ -231,20 +232,21 @@ pub(super) fn intersect_block(
     }
 }
 
-/// Where a ray crosses the plane of a triangle, or those of four at once. By signed edge volumes around the ray's origin: a
-/// shared edge gives its two triangles the same numbers with opposite signs, so that no ray slips between them.
+/// Crossing of a ray with the plane of a triangle, or with the planes of four at once. It is computed from signed edge volumes
+/// around the ray's origin. A shared edge gives its two triangles the same numbers with opposite signs, so that no ray slips
+/// between them.
 struct Crossing<T> {
-    /// Twice the barycentric volumes of the corners: none of another sign than the others where the ray is inside.
+    /// Twice the barycentric volumes of the corners. Where the ray is inside, no two have opposite signs.
     u: T,
     v: T,
     w: T,
-    /// Of the three.
+    /// Sum of the three volumes.
     sum: T,
-    /// To the plane, in lengths of the ray's direction.
+    /// Distance to the plane, in lengths of the ray's direction.
     distance: T,
 }
 
-/// A number of one triangle, or those of four.
+/// A number of one triangle, or the numbers of four.
 trait Number:
     Copy
     + Add<Output = Self>
@@ -253,7 +255,7 @@ trait Number:
     + Mul<f32, Output = Self>
     + Div<Output = Self>
 {
-    /// The same for all.
+    /// One value for all triangles.
     fn splat(value: f32) -> Self;
 }
 
@@ -272,7 +274,7 @@ impl Number for Vec4 {
 }
 
 impl<T: Number> Crossing<T> {
-    /// From corners a, b and c.
+    /// Crossing with the triangle of corners a, b and c.
     #[inline(always)]
     fn new(a: [T; 3], b: [T; 3], c: [T; 3], ray: &Ray) -> Crossing<T> {
         let o = [T::splat(ray.origin.x), T::splat(ray.origin.y), T::splat(ray.origin.z)];
@@ -303,7 +305,7 @@ fn edge_volume<T: Number>(p: [T; 3], q: [T; 3], d: Vec3) -> T {
     (e[1] * s[2] - e[2] * s[1]) * d.x + (e[2] * s[0] - e[0] * s[2]) * d.y + (e[0] * s[1] - e[1] * s[0]) * d.z
 }
 
-/// Takes a crossing inside of a triangle for the best hit, if it is.
+/// Takes a crossing inside of a triangle as the best hit, if it comes before the best so far.
 #[inline(always)]
 fn consider(
     found: &Crossing<f32>,
@@ -321,8 +323,8 @@ fn consider(
     }
 }
 
-/// Whether a hit is closer than the best so far, or as close and of a smaller id: then the order in which a BVH is traversed
-/// decides nothing.
+/// Whether a hit is closer than the best so far. Ties are broken by the smaller id, so that the order of traversal decides
+/// nothing.
 #[inline(always)]
 fn is_before(found: &Hit, best: &Hit) -> bool {
     let tie = found.distance == best.distance && !best.is_miss();

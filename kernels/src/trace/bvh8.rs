@@ -1,5 +1,5 @@
-//! The software tracer on CPUs with AVX2: the BVH of [`super::bvh`] with eight children a node, whose boxes are tested at once.
-//! Leaves, and what a hit is, are that module's: both find the same hits, to the bit.
+//! Software tracer of CPUs with AVX2: the BVH of [`super::bvh`] with eight children a node, whose boxes it tests at once. It
+//! shares the leaves and the tests of triangles with that module: both find the same hits, to the bit.
 
 use std::arch::x86_64::{
     __m256, _CMP_LE_OQ, _MM_HINT_T0, _mm_prefetch, _mm256_cmp_ps, _mm256_max_ps, _mm256_min_ps,
@@ -24,65 +24,66 @@ const WIDTH: usize = 8;
 /// Entries of a traversal's stack.
 const STACK: usize = 96;
 
-/// Subtrees that a ray has put off: the distance (m) at which it enters, as bits in the upper half, and the child. They sort by
-/// distance, since none is negative. A worker keeps one, since filling it with zeros would take a ray as long as two nodes.
+/// Subtrees that a ray has postponed: the distance (m) at which it enters, as bits in the upper half, and the child. Entries sort
+/// by distance, since no distance is negative. A worker keeps one stack: filling it with zeros would take a ray as long as two
+/// nodes.
 pub type Stack = [u64; STACK];
 
-/// An empty one.
+/// An empty stack.
 pub const EMPTY: Stack = [0; STACK];
 
-/// Eight children's boxes (m), one lane a child. An empty lane has no numbers for planes, so that every ray misses it.
+/// Boxes of eight children (m), one lane a child. The planes of an empty lane are NaN, so that every ray misses it.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Bvh8Node {
     /// Minima and maxima on each axis.
     planes: [[__m256; 2]; 3],
-    /// Like those of a [`BvhNode`].
+    /// Children, as in a [`BvhNode`].
     children: [u32; WIDTH],
     /// Keeps nodes at four cache lines.
     padding: [u32; 8],
 }
 
-/// A BVH of eight children a node, with the leaves of the one it is made of.
+/// A BVH of eight children a node, with the leaves of the BVH that it is made of.
 pub struct Bvh8 {
     nodes: Memory,
-    /// The root of each instance's mesh.
+    /// Root of each instance's mesh.
     roots: Vec<u32>,
 }
 
 impl Bvh8 {
-    /// Opens the largest children of each node until eight are there. None where this CPU lacks AVX2, where there is no
-    /// memory for it, or if rays would need more room than their stack has.
+    /// Opens the largest children of each node until there are eight. `None` if this CPU lacks AVX2, if there is no memory, or if
+    /// rays would need more entries than their stack has.
     pub fn new(nodes: &[BvhNode], instances: &[Instance]) -> Option<Bvh8> {
         if nodes.is_empty() || !has_avx2() {
             return None;
         }
-        // None of its nodes becomes two, and not all become one: what is left is never touched.
+        // No node becomes two, and not all become one: the rest of the memory is never touched.
         let bvh8_nodes = Memory::zeros(nodes.len() * size_of::<Bvh8Node>()).ok()?;
         bvh8_nodes.in_huge_pages();
         let mut builder = Bvh8Builder { nodes, bvh8_nodes, rooms: Vec::new(), made: vec![NONE; nodes.len()] };
         builder.root(0);
         let roots: Vec<u32> = instances.iter().map(|instance| builder.root(instance.root)).collect();
-        // The world is the root of all, and no instance in it.
+        // The root of the world is the root of all, and belongs to no instance.
         let of_meshes = roots.iter().filter(|&&root| root != 0).map(|&root| builder.rooms[root as usize]);
         let room = builder.rooms[0] + of_meshes.max().unwrap_or(0);
         (room as usize <= STACK).then_some(Bvh8 { nodes: builder.bvh8_nodes, roots })
     }
 }
 
-/// Asks memory for what a child will be read of.
+/// Prefetches the node or the leaf of a child.
 #[inline(always)]
 fn fetch(child: u32, nodes: &[Bvh8Node], blocks: &[TriangleBlock]) {
     let node: *const i8 = nodes.as_ptr().wrapping_add(child as usize).cast();
     let block: *const i8 = blocks.as_ptr().wrapping_add((child & !LEAF) as usize).cast();
     let address = if child & LEAF != 0 { block } else { node };
-    // A leaf has three lines; to ask for one more costs less than to tell.
+    // A leaf has three lines; one more prefetch costs less than a branch.
     for line in 0..4 {
         prefetch(address.wrapping_add(64 * line));
     }
 }
 
-/// Asks memory for the cache line of an address.
+/// Prefetches the cache line of an address.
 #[inline(always)]
 fn prefetch(address: *const i8) {
     // SAFETY: whatever the address, nothing is read.
@@ -95,14 +96,14 @@ fn prefetch(address: *const i8) {
 struct Bvh8Builder<'a> {
     nodes: &'a [BvhNode],
     bvh8_nodes: Memory,
-    /// Entries of the stack that a ray takes at most from each node on.
+    /// Maximum number of stack entries that a ray takes from each node on.
     rooms: Vec<u32>,
-    /// What became of each node that is a root.
+    /// New node for each node that is a root.
     made: Vec<u32>,
 }
 
 impl Bvh8Builder<'_> {
-    /// What becomes of a root, which several instances may share.
+    /// Makes the new node of a root, which several instances may share.
     fn root(&mut self, root: u32) -> u32 {
         if self.made[root as usize] == NONE {
             self.made[root as usize] = self.node(root);
@@ -110,11 +111,11 @@ impl Bvh8Builder<'_> {
         self.made[root as usize]
     }
 
-    /// Appends what becomes of a node, and what stands below it.
+    /// Appends the new node of a node, and all below it.
     fn node(&mut self, node: u32) -> u32 {
         let mut lanes = Lanes::from_node(&self.nodes[node as usize]);
         let mut below = lanes.all.map(|lane| self.below(&lane));
-        // Opens the largest that fits, until none does.
+        // Open the largest child that fits, until none does.
         loop {
             let fits = |&lane: &usize| below[lane].count > 0 && lanes.count + below[lane].count <= WIDTH + 1;
             let area = |lane: usize| lanes.all[lane].area();
@@ -153,7 +154,7 @@ impl Bvh8Builder<'_> {
         self.bvh8_nodes.edit()
     }
 
-    /// What a lane would be opened to; nothing if it is no node.
+    /// Lanes that a lane would be opened to; none if it is no node.
     fn below(&self, lane: &Lane) -> Lanes {
         if lane.is_node() { Lanes::from_node(&self.nodes[lane.child as usize]) } else { Lanes::NONE }
     }
@@ -178,7 +179,7 @@ impl Lane {
     }
 }
 
-/// Children of a node in the making.
+/// Children of a node under construction.
 #[derive(Clone, Copy)]
 struct Lanes {
     all: [Lane; WIDTH],
@@ -212,12 +213,12 @@ const EMPTY_NODE: Bvh8Node = {
     Bvh8Node { planes: [[none; 2]; 3], children: [LEAF; WIDTH], padding: [0; 8] }
 };
 
-/// A ray as boxes are tested against it.
+/// A ray, prepared for tests of boxes.
 #[derive(Clone, Copy)]
 struct Slabs {
     origin: [__m256; 3],
     inverse: [__m256; 3],
-    /// Which plane of each axis is entered through.
+    /// Index of the plane of each axis through which the ray enters.
     near: [usize; 3],
 }
 
@@ -233,11 +234,11 @@ impl Slabs {
         }
     }
 
-    /// Distances at which the ray enters the boxes, and a bit for each that it meets within `length`.
+    /// Distances at which the ray enters the boxes, and a bit for each box that it meets within `length`.
     #[target_feature(enable = "avx2")]
     #[inline]
     fn enter(&self, node: &Bvh8Node, length: f32) -> ([f32; WIDTH], u32) {
-        // Where one is no number, min and max give the second: so `leave` is none in an empty lane.
+        // If an operand is NaN, min and max return the second: so `leave` is NaN in an empty lane.
         let mut enter = _mm256_setzero_ps();
         let mut leave = _mm256_set1_ps(length);
         let mut axis = 0;
@@ -254,7 +255,7 @@ impl Slabs {
     }
 }
 
-/// What [`super::bvh`] finds.
+/// Finds the hit that [`super::bvh`] finds.
 #[inline]
 pub(super) fn find<const ANY: bool, const INSTANCES: bool>(
     bvh: &Bvh8,
@@ -263,16 +264,16 @@ pub(super) fn find<const ANY: bool, const INSTANCES: bool>(
     ray: &Ray,
     stack: &mut Stack,
 ) -> Hit {
-    // In registers: its numbers were written one by one, and a read of two at once waits until memory has both.
+    // Pass the ray in registers: its numbers were written one by one, and a read of two at once waits until memory has both.
     let &Ray { origin: Vec3 { x, y, z }, length, direction: Vec3 { x: dx, y: dy, z: dz }, key } = ray;
-    // SAFETY: BVHs are made where there is AVX2 alone.
+    // SAFETY: a `Bvh8` exists only where there is AVX2.
     #[allow(unsafe_code)]
     unsafe {
         traverse::<ANY, INSTANCES>(bvh, blocks, cut_outs, stack, x, y, z, dx, dy, dz, length, key)
     }
 }
 
-/// The same of a ray from (x, y, z) along (dx, dy, dz).
+/// Traverses the BVH with a ray from (x, y, z) along (dx, dy, dz).
 #[target_feature(enable = "avx2")]
 fn traverse<const ANY: bool, const INSTANCES: bool>(
     bvh: &Bvh8,
@@ -305,7 +306,7 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
                 return best;
             }
             if !ANY && best.triangle != before {
-                // A vertex will be made of it, most likely.
+                // Prefetch the surface: most likely the path will make a vertex of this hit.
                 prefetch(cut_outs.surfaces.as_ptr().wrapping_add(best.triangle as usize).cast());
             }
         } else if INSTANCES && current & INSTANCE != 0 {
@@ -321,8 +322,8 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
             let node = &nodes[current as usize];
             let (near, met) = slabs.enter(node, best.distance);
             if met != 0 {
-                // On into the nearest; the others as they come, since sorting them gains nothing. One alone need not wait for
-                // its distance.
+                // Go on to the nearest child, and push the others unsorted, since sorting them gains nothing. A single child need
+                // not wait for its distance.
                 let first = lowest(met);
                 current = node.children[first];
                 let mut others = met & (met - 1);
@@ -363,13 +364,13 @@ fn traverse<const ANY: bool, const INSTANCES: bool>(
     }
 }
 
-/// The lowest of lanes that are bits.
+/// Lowest lane in a set of bits.
 #[inline(always)]
 fn lowest(lanes: u32) -> usize {
     lanes.trailing_zeros() as usize & (WIDTH - 1)
 }
 
-/// The child of a lane as an entry of the stack.
+/// Entry of the stack for the child of a lane.
 #[inline(always)]
 fn entry(near: &[f32; WIDTH], node: &Bvh8Node, lane: usize) -> u64 {
     u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane])

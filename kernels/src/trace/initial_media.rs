@@ -1,10 +1,12 @@
-//! The media around a position where a path starts, the eye or a light: its initial media stack.
+//! Initial media stack: the media around a position where a path starts, the eye or a light.
 //!
-//! A position is inside of a solid as often as the solid's faces wind around it, which any ray out counts. Around an
-//! open surface that is no integer: a position is inside where more of eight rays meet the surface's back first than its front, or
-//! nothing [as winding numbers above one half, Jacobson et al. 2013]. What is opaque turns them back: below a pool's surface
-//! all come to its back. Nowhere about a flat open surface more than half do, and a hanging one has no inside. All rays
-//! have key 0: what blends turns them back, or does not, for whoever asks.
+//! A position is inside of a solid as often as the solid's faces wind around it, which any ray out of the position counts. Around
+//! an open surface that number is no integer, and eight rays decide [as winding numbers above one half, Jacobson et al. 2013].
+//! The position is inside if more of them meet the surface's back first than meet its front or nothing.
+//!
+//! Opaque surfaces reflect the rays: below a pool's surface all rays come to its back. Around a flat open surface, at most half
+//! of them do. A hanging surface has no inside. All rays have key 0: a blended surface is there for all of these rays, or for
+//! none.
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
@@ -18,23 +20,23 @@ use crate::trace::Tracer;
 use caustics_kernel_macros::shared;
 use spirv_std::glam::Vec3;
 
-/// Unit vectors along the edges of a cube that stands along no axis; the rays go to its corners.
+/// Unit vectors along the edges of a cube that is aligned with no axis; the rays go to its corners.
 const RIGHT: Vec3 = Vec3::new(-0.279_759, 0.911_838_1, 0.300_476_5);
 const UP: Vec3 = Vec3::new(-0.055_185_6, -0.327_728_9, 0.943_158_7);
 const BACK: Vec3 = Vec3::new(0.958_482_9, 0.247_275_1, 0.142_005_5);
-/// Faces on the way out of a ray, at most.
+/// Maximum number of faces that a ray out of solids passes.
 const MAX_FACES: u32 = 256;
-/// Faces on the way of one that looks for open surfaces, at most.
+/// Maximum number of faces that a ray to open surfaces meets.
 const MAX_BOUNCES: u32 = 16;
 
-/// How often a solid winds around a position; of an open surface, backs less fronts that are met.
+/// Winding number of a solid around a position; for an open surface, backs that rays met less fronts.
 #[derive(Clone, Copy)]
 struct Winding {
     material: u32,
     sum: i32,
 }
 
-/// Windings of up to four media; one of zero says nothing and makes room.
+/// Windings of up to four media; a winding of zero frees its slot.
 #[derive(Clone, Copy)]
 struct Windings {
     first: Winding,
@@ -43,7 +45,7 @@ struct Windings {
     fourth: Winding,
 }
 
-/// The media around `position`.
+/// Finds the media around `position`.
 #[inline(always)]
 pub fn initial_media_stack<T: Tracer>(
     position: Vec3,
@@ -51,14 +53,14 @@ pub fn initial_media_stack<T: Tracer>(
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> MediaStack {
-    // Which side was met, and where to go on.
+    // Vertices need only their sides and positions.
     let bare = Features(features.0 & Features::INSTANCES.0);
     let none = Winding { material: NONE, sum: 0 };
     let mut around = Windings { first: none, second: none, third: none, fourth: none };
     let rays = if features.has(Features::OPEN_SURFACES) { 9 } else { 1 };
     let (mut index, mut escaped) = (0, 0);
     while index < rays {
-        // The first goes straight out and counts faces of solids; the others look for open surfaces.
+        // The first ray goes straight out and counts faces of solids; the others look for open surfaces.
         let straight = index == 0;
         let max_faces = if straight { MAX_FACES } else { MAX_BOUNCES };
         let mut ray = Ray::endless(position, to_corner(index));
@@ -106,7 +108,7 @@ fn to_corner(corner: i32) -> Vec3 {
 }
 
 impl Winding {
-    /// The media inside of this one too, as often as it winds around; `escaped` rays met no open surface.
+    /// Enters the medium as often as it winds around the position; `escaped` rays met no open surface.
     #[inline(always)]
     fn inside(self, mut media: MediaStack, escaped: i32, materials: &[Material]) -> MediaStack {
         if self.sum > 0 {
@@ -136,7 +138,8 @@ impl Windings {
         if slot < 2 { upper } else { lower }
     }
 
-    /// After a ray out crossed a face: a back (1) ends what it came out of, a front (-1) begins what it passes.
+    /// Windings after a ray out crossed a face. A back (1) ends a solid around the position, a front (-1) begins one that the ray
+    /// passes.
     #[shared]
     fn crossed(mut self, material: u32, by: i32) -> Self {
         let fresh = Winding { material, sum: by };
@@ -177,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn half_of_the_rays_are_not_enough_for_a_sheet() {
+    fn open_surface_needs_more_than_half_of_the_rays() {
         for (flags, sum, escaped, times) in [
             (0, 0, 0, 0),
             (0, 1, 8, 1),

@@ -1,4 +1,4 @@
-//! The software tracer of the CPU runner: by the eight-wide BVH where this CPU has what that needs, else by the GPU's.
+//! Software tracer of the CPU runner: by the eight-wide BVH where this CPU supports it, else by the GPU's.
 
 #[cfg(target_arch = "x86_64")]
 pub use super::bvh8::Bvh8;
@@ -13,7 +13,7 @@ use super::bvh8;
 use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
 
-/// Whether this CPU has AVX2 and what came with it, all that `#[pass]` compiles for, and `CAUSTICS_AVX2` is not 0.
+/// Whether this CPU has AVX2 and all other instructions that `#[pass]` compiles for, and `CAUSTICS_AVX2` is not 0.
 pub fn has_avx2() -> bool {
     static HAS: OnceLock<bool> = OnceLock::new();
     #[cfg(target_arch = "x86_64")]
@@ -31,13 +31,13 @@ pub fn has_avx2() -> bool {
     *HAS.get_or_init(detect)
 }
 
-/// No other CPU has a BVH of its own.
+/// Type without values: other CPUs have no BVH of their own.
 #[cfg(not(target_arch = "x86_64"))]
 pub enum Bvh8 {}
 
 #[cfg(not(target_arch = "x86_64"))]
 impl Bvh8 {
-    /// None.
+    /// Makes no BVH.
     pub fn new(
         _: &[crate::interface::bvh::BvhNode],
         _: &[crate::interface::instance::Instance],
@@ -46,7 +46,7 @@ impl Bvh8 {
     }
 }
 
-/// A worker's tracer.
+/// Tracer of a worker.
 pub struct CpuTracer<'a> {
     bvh: BvhTracer<'a>,
     bvh8: Option<&'a Bvh8>,
@@ -55,7 +55,7 @@ pub struct CpuTracer<'a> {
 }
 
 impl<'a> CpuTracer<'a> {
-    /// By the BVH that the host built, or by what was made of it.
+    /// Tracer by the BVH that the host built, or by the one made of it.
     pub fn new(bvh: BvhTracer<'a>, bvh8: Option<&'a Bvh8>) -> Self {
         CpuTracer {
             bvh,

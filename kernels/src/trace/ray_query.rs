@@ -1,6 +1,6 @@
 //! Hardware tracer: Vulkan ray queries against the scene's acceleration structure. GPU only.
 //!
-//! Where surfaces have holes or blend the structure's triangles are not opaque: the query hands each to us to confirm.
+//! Where surfaces have holes or blend, the structure's triangles are not opaque: the tracer confirms each candidate of the query.
 
 use crate::interface::features::Features;
 use crate::interface::ray::{Hit, Ray};
@@ -8,13 +8,14 @@ use crate::texture::cut_out::{CutOuts, SOME_ARE_NOT_THERE};
 use crate::trace::Tracer;
 use spirv_std::ray_tracing::{AccelerationStructure, CommittedIntersection, RayFlags, RayQuery};
 
-/// Traces the scene's acceleration structure; an instance's custom index is its row of `instances`.
+/// Tracer of the scene's acceleration structure; an instance's custom index is its index in `instances`.
 pub struct RayQueryTracer<'a> {
     /// All triangles of the scene, in the world and in its instances.
     pub scene: &'a AccelerationStructure,
-    /// Where the rows of an instance begin, and what is not there of them.
+    /// First triangles of instances, and the presence of surfaces at hits.
     pub cut_outs: CutOuts<'a>,
-    /// All rays of an invocation, one after another: AMD's driver keeps a stack for each query, where all lanes share memory.
+    /// Query of all rays of an invocation, one after another: AMD's driver keeps a stack for each query, where all lanes share
+    /// memory.
     pub query: &'a mut RayQuery,
 }
 
@@ -29,7 +30,7 @@ impl Tracer for RayQueryTracer<'_> {
     }
 }
 
-/// Confirms a candidate that is there.
+/// Confirms a candidate if the surface is there.
 #[inline(always)]
 unsafe fn consider(query: &RayQuery, cut_outs: CutOuts<'_>, key: u32) {
     // SAFETY: the caller's query stands at a candidate, and all candidates are triangles.

@@ -1,7 +1,7 @@
-//! The next face that does anything: segments of paths pass faces that a medium of higher priority covers.
+//! Segments of paths through media: they pass faces that a medium of higher priority covers.
 //!
-//! Such a face is no vertex: it takes no bounce and samples no number, so that overlapping solids give what one surface
-//! between them gives. Camera paths, light paths and shadow rays all pass by this one rule.
+//! A covered face is no vertex: it takes no bounce and samples no number. Overlapping solids therefore give the light of one
+//! surface between them. Camera paths, light paths and shadow rays all follow this rule.
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
@@ -13,21 +13,22 @@ use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
-/// Covered faces that one segment passes; the next one is a vertex that passes straight on. A bound for loops alone.
+/// Maximum number of covered faces that one segment passes; the next one is a vertex that passes straight on. It only bounds
+/// loops.
 const MAX_COVERED: u32 = 256;
 
 /// The end of a segment.
 #[derive(Clone, Copy, Debug)]
 pub struct TracedSegment {
-    /// What was hit, at its distance from the segment's start.
+    /// Hit, at its distance from the segment's start.
     pub hit: Hit,
-    /// The media that the segment came through.
+    /// Media before the hit.
     pub media: MediaStack,
     /// Transmittance of the media along the segment.
     pub transmittance: Vec3,
-    /// Faces on the way that did not fit to the media around the path.
+    /// Number of faces on the way that contradict the media around the path.
     pub unexpected: u32,
-    /// Media on the way that were forgotten.
+    /// Number of media on the way that found no room in the stack.
     pub overflows: u32,
 }
 
@@ -40,7 +41,7 @@ pub fn trace_through_media<T: Tracer>(
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> TracedSegment {
-    // Which side was met, and where to go on.
+    // Vertices need only their sides and positions.
     let bare = Features(features.0 & Features::INSTANCES.0);
     let mut traced =
         TracedSegment { hit: Hit::MISS, media, transmittance: Vec3::ONE, unexpected: 0, overflows: 0 };
@@ -60,7 +61,7 @@ pub fn trace_through_media<T: Tracer>(
                 let sides = traced.media.at_face(material, here.front, features, scene.materials);
                 traced.unexpected += u32::from(!sides.is_expected);
                 along = sides.along;
-                // What emits is seen, covered or not.
+                // Emitters are seen, covered or not.
                 if sides.is_covered(scene.materials) && here.light == NONE && covered < MAX_COVERED {
                     follows = true;
                     covered += 1;
@@ -82,7 +83,7 @@ pub fn trace_through_media<T: Tracer>(
     traced
 }
 
-/// Transmittance of a shadow ray through `media` up to its end; zero where anything but a covered face is on its way.
+/// Transmittance of a shadow ray through `media` up to its end; zero if any face on its way is not covered.
 #[inline(always)]
 pub fn shadow_transmittance<T: Tracer>(
     ray: &Ray,
@@ -91,7 +92,7 @@ pub fn shadow_transmittance<T: Tracer>(
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> Vec3 {
-    // One way for all rays of a scene, so that a device holds the code of one traversal.
+    // All rays of a scene take one branch, so that a device holds the code of one traversal.
     if features.has(Features::NESTED) {
         let traced = trace_through_media(ray, media, features, scene, tracer);
         return if traced.hit.is_miss() { traced.transmittance } else { Vec3::ZERO };

@@ -1,10 +1,10 @@
 //! `validate`: traces a few light paths that keep their random numbers from frame to frame, and marks where their photons
-//! changed. In a scene where nothing moves nothing changes, to the bit; where the number of light
-//! paths does, nothing but the rounding of a flux.
+//! changed. If nothing moves in a scene, nothing changes, to the bit. If only the number of light paths changes, fluxes change by
+//! rounding.
 //!
-//! A path keeps its numbers for eight frames, and paths take turns in sampling new ones; in that frame a path only
-//! remembers. All marks are made where things were in the frame before. They start by power whatever the frame's emission is:
-//! one that learns starts them elsewhere in the next frame, where their light would seem to have moved.
+//! A path keeps its numbers for eight frames, and paths take turns in sampling new ones; in that frame a path only stores its
+//! photons. All marks are made at positions in the previous frame. The paths start by power, whatever emission the frame has. An
+//! emission that learns would start them elsewhere in the next frame, and their light would seem to have moved.
 
 use crate::declare::pass;
 use crate::history::cells::{self, LightFrame, MAX_STEP, Mark, direct_radius, mark};
@@ -23,7 +23,7 @@ use crate::platform::{AtomicWords, Slots, Uncounted};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
 
-/// Validation paths, one an invocation.
+/// Traces validation paths, one an invocation.
 #[pass(name = "validate", over = params.validation_path_count, work = Reuse, shared_entry)]
 pub fn validate(
     path: u32,
@@ -46,13 +46,13 @@ pub fn validate(
     compare.close(count);
 }
 
-/// What the scene needs of paths that no ledger has.
+/// Features that the scene needs, for paths without a ledger.
 #[inline(always)]
 pub fn uncounted(features: Features) -> Features {
     Features(features.0 & !Features::LEDGER.0)
 }
 
-/// Compares photons with those of the frame before, and takes their place.
+/// Compares photons with those of the previous frame, and stores them in their slots.
 pub struct Compare<'a> {
     path: u32,
     params: &'a FrameParams,
@@ -62,7 +62,7 @@ pub struct Compare<'a> {
 }
 
 impl<'a> Compare<'a> {
-    /// For a validation path.
+    /// Comparison for a validation path.
     #[inline(always)]
     pub fn new(
         path: u32,
@@ -74,13 +74,13 @@ impl<'a> Compare<'a> {
         Compare { path, params, instances, photons, cells }
     }
 
-    /// Frames count from the one in which the path samples new numbers.
+    /// Number of the frame, counted from the one in which the path samples new numbers.
     #[inline(always)]
     fn turn(&self) -> u32 {
         self.params.frame.wrapping_add(self.path)
     }
 
-    /// Its random numbers.
+    /// Random numbers of the path.
     #[inline(always)]
     pub fn rng(&self) -> Rng {
         Rng::new(Stream::Validation, self.params.seed, self.path, self.turn() / VALIDATION_PERIOD)
@@ -91,7 +91,7 @@ impl<'a> Compare<'a> {
         !self.turn().is_multiple_of(VALIDATION_PERIOD)
     }
 
-    /// The slot of a photon.
+    /// Slot of a photon.
     #[inline(always)]
     fn slot(&self, photon: u32) -> u32 {
         self.path * VALIDATION_PHOTONS + photon
@@ -110,7 +110,7 @@ impl PhotonSink for Compare<'_> {
         let slot = self.slot(*count);
         let now = ValidationPhoton {
             position: geometry.position,
-            // Frames may have more light paths or fewer.
+            // The number of light paths may differ between frames.
             flux: light.flux.element_sum() * self.params.light_path_count as f32,
             instance: geometry.instance,
         };
@@ -120,7 +120,7 @@ impl PhotonSink for Compare<'_> {
             while frame < LightFrame::count(before.instance | now.instance) {
                 let mut position = now.position;
                 if frame == 0 {
-                    // Where this point of the surface was.
+                    // Previous position of this point of the surface.
                     position = self.instances[now.instance as usize].to_previous.point(now.position);
                 }
                 self.compare(&before, &now, frame, position);
@@ -133,7 +133,7 @@ impl PhotonSink for Compare<'_> {
 }
 
 impl Compare<'_> {
-    /// Marks a photon and the one that came instead, at `position`, in one of their frames.
+    /// Marks a photon and its successor at `position`, in one of their frames of reference.
     #[inline(always)]
     fn compare(&mut self, before: &ValidationPhoton, now: &ValidationPhoton, frame: u32, position: Vec3) {
         let mut moved = MAX_STEP;
@@ -150,7 +150,7 @@ impl Compare<'_> {
         Mark { position, carrier: LightFrame::new(photon.instance, frame), flux }
     }
 
-    /// Marks and forgets the photons that did not come again.
+    /// Marks and clears the photons that did not come again.
     #[inline(always)]
     pub fn close(&mut self, mut count: u32) {
         while count < VALIDATION_PHOTONS {

@@ -1,8 +1,8 @@
-//! `density.update`, `density.sum`: from the feedback of the last frame's photons to the density map of this one [Yang and
-//! Ouyang 2021], and the pyramid of sums that paths are sampled from.
+//! The density map of a frame [Yang and Ouyang 2021]. `density.update` makes it from the feedback of the last frame's photons.
+//! `density.sum` makes the pyramid of sums that paths are sampled from.
 //!
-//! Densities are relative: 1 is the mean of a map. So the clamp below bounds the flux of a path, at an eighth of the mean
-//! eight times that of a uniform start, and an eighth of the paths go on looking where no photon was seen.
+//! Densities are relative: 1 is the mean of a map. The clamp below bounds the flux of a path: at an eighth of the mean, it is
+//! eight times that of a uniform start. So an eighth of the paths go on searching where no photon was seen.
 
 use crate::declare::pass;
 use crate::interface::density::DensityTexel;
@@ -14,22 +14,22 @@ use crate::math::quanta::Quanta;
 use crate::method::yang2021::FEEDBACK_INVERSE_QUANTUM;
 use crate::platform::Slots;
 
-/// Screen area that a photon should have (px); the least that a footprint has is 2.5.
+/// Screen area that a photon should have (px); a footprint has at least 2.5.
 const TARGET: f32 = 4.0;
 /// Weight of the variance of areas, which is relative to the target's square.
 const GAIN_VARIANCE: f32 = 1.0;
-/// Weight of the last change, which it works against: it damps.
+/// Weight of the last change, which this term damps.
 const GAIN_DERIVATIVE: f32 = 0.1;
 /// Share of the new density; the rest is the old one, smoothed.
 const BLEND: f32 = 0.5;
-/// Least density.
+/// Smallest density.
 const MIN_DENSITY: f32 = 0.125;
-/// Most density.
+/// Largest density.
 const MAX_DENSITY: f32 = 4096.0;
-/// Most growth in a frame.
+/// Largest growth in a frame.
 const MAX_GROWTH: f32 = 8.0;
 
-/// New densities from the feedback of the last frame, a texel an invocation.
+/// Updates the densities by the feedback of the last frame, one texel an invocation.
 #[pass(name = "density.update", over = map_count(params.light_count) * DensityPyramid::TEXELS, work = Guide)]
 pub fn density_update(
     texel: u32,
@@ -41,7 +41,7 @@ pub fn density_update(
     density.write(texel, update(texel, &before, density_pyramid, density_feedback));
 }
 
-/// A level of the pyramids, a node an invocation.
+/// Sums a level of the pyramids, one node an invocation.
 #[pass(name = "density.sum", over = map_count(params.light_count) * DensityPyramid::TEXELS, work = Guide)]
 pub fn density_sum(
     node: u32,
@@ -53,12 +53,14 @@ pub fn density_sum(
     density_pyramid.write(slot, sum);
 }
 
-/// The new density of a texel, counted over all maps, from its old first and the pyramids of the last frame.
+/// New density of a texel, counted over all maps. It follows from the texel's last record, and from the pyramids and the feedback
+/// of the last frame.
 #[inline(always)]
 pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u32]) -> DensityTexel {
     let (map, texel_in_map) = (texel / DensityPyramid::TEXELS, texel % DensityPyramid::TEXELS);
     let base = map * DensityPyramid::NODES;
     let total = DensityPyramid::total(pyramid, map);
+    // Start with a uniform map
     if total <= 0.0 {
         return DensityTexel { density: 1.0, change: 0.0 };
     }
@@ -66,11 +68,13 @@ pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u3
     let (x, y) = (texel_in_map % DensityPyramid::SIDE, texel_in_map / DensityPyramid::SIDE);
     let at = |x: u32, y: u32| pyramid[(base + y * DensityPyramid::SIDE + x) as usize] * scale;
     let old = at(x, y);
+    // Smooth the old density over the texel and its four neighbours
     let (left, right) = (if x > 0 { x - 1 } else { x }, if x + 1 < DensityPyramid::SIDE { x + 1 } else { x });
     let (below, above) =
         (if y > 0 { y - 1 } else { y }, if y + 1 < DensityPyramid::SIDE { y + 1 } else { y });
     let smooth = (old + at(left, y) + at(right, y) + at(x, below) + at(x, above)) * 0.2;
 
+    // Move the density towards the target area of photons
     let first = (texel * FEEDBACK_WORDS) as usize;
     let (photons, paths) = (feedback[first + 4], feedback[first + 5]);
     let mut new = old;
@@ -84,14 +88,15 @@ pub fn update(texel: u32, before: &DensityTexel, pyramid: &[f32], feedback: &[u3
         let wanted = old * mean / TARGET + 0.01 * GAIN_VARIANCE * variance - GAIN_DERIVATIVE * before.change;
         new = wanted.min(old * MAX_GROWTH);
     } else if paths > 0 {
-        // Nobody saw any of them.
+        // No pixel saw a photon of these paths.
         new = MIN_DENSITY;
     }
+    // Blend with the smoothed density, and clamp
     let density = clamp(smooth + (new - smooth) * BLEND, MIN_DENSITY, MAX_DENSITY);
     DensityTexel { density, change: density - old }
 }
 
-/// A node of level `level`, counted over all maps: (its slot in the pyramids, its sum).
+/// Node of a level, counted over all maps: its slot in the pyramids, and its sum.
 #[inline(always)]
 pub fn sum(index: u32, level: u32, densities: &[DensityTexel], pyramid: &Slots<'_, f32>) -> (u32, f32) {
     let Node { slot, below } = DensityPyramid::node(level, index);

@@ -1,8 +1,8 @@
-//! The footprint of a photon: the ellipse on its tangent plane over which its flux is spread, and the pixels that may see
-//! it [Yang and Ouyang 2021].
+//! The footprint of a photon [Yang and Ouyang 2021]: the ellipse on its tangent plane over which its flux is spread. It holds the
+//! pixels that may see the ellipse.
 //!
-//! The photon's own part is `SCALE` times its differential, with its anisotropy and its size in the image clamped. To it
-//! the footprint of a pixel is added, in quadrature, so that no ellipse falls between pixels.
+//! The photon's own part is `SCALE` times its differential, with its anisotropy and its size in the image clamped. The footprint
+//! of a pixel is added to it in quadrature, so that no ellipse falls between pixels.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -14,16 +14,16 @@ use crate::math::frame::ShadingFrame;
 use crate::math::is_finite;
 use spirv_std::glam::Vec3;
 
-/// Half axes over the differential's: an ellipse overlaps with about SCALE^2 / 0.61 others, as its kernel weighs them.
+/// Half axes over those of the differential. An ellipse overlaps with about SCALE^2 / 0.61 others, as its kernel weighs them.
 const SCALE: f32 = 1.5;
 /// Half axes of a pixel's footprint (px).
 const PIXEL_HALF_AXIS: f32 = 0.9;
 /// Longest half axis over the shortest, of the photon's own part.
 const MAX_ANISOTROPY: f32 = 16.0;
-/// Half the size of the photon's own part in the image, at most (px).
+/// Largest half size of the photon's own part in the image (px).
 const MAX_HALF_SIZE: f32 = 15.0;
 
-/// A symmetric matrix of two rows over the tangents of a plane.
+/// Symmetric 2 by 2 matrix over the tangents of a plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Symmetric {
     xx: f32,
@@ -32,7 +32,7 @@ struct Symmetric {
 }
 
 impl Symmetric {
-    /// Of one vector by itself.
+    /// Outer product of a vector with itself.
     #[inline]
     fn square(x: f32, y: f32) -> Self {
         Symmetric { xx: x * x, xy: x * y, yy: y * y }
@@ -53,13 +53,13 @@ impl Symmetric {
         self.xx * self.yy - self.xy * self.xy
     }
 
-    /// The quadratic form.
+    /// Value of the quadratic form.
     #[inline]
     fn form(self, x: f32, y: f32) -> f32 {
         x * x * self.xx + 2.0 * x * y * self.xy + y * y * self.yy
     }
 
-    /// Widened in its short direction so that no axis is longer than `max_ratio` times the other.
+    /// Widens the matrix so that no axis is longer than `max_ratio` times the other.
     #[inline]
     fn rounded(self, max_ratio: f32) -> Self {
         let mean = 0.5 * (self.xx + self.yy);
@@ -69,7 +69,7 @@ impl Symmetric {
     }
 }
 
-/// The ellipse of a photon; `area_px` 0 marks one that no pixel sees.
+/// Ellipse of a photon; `area_px` is 0 where no pixel sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Footprint {
     /// First column of pixels that may see it.
@@ -80,9 +80,9 @@ pub struct Footprint {
     pub first_row: u32,
     /// Last row.
     pub last_row: u32,
-    /// Area in the image (px), without what rough scattering adds: what denser light paths make smaller.
+    /// Area in the image (px), without the part of rough scattering: denser light paths reduce it.
     pub area_px: f32,
-    /// Longest half axis, at most (m).
+    /// Upper bound of the longest half axis (m).
     pub reach: f32,
     /// Tangents of the plane.
     tangent_x: Vec3,
@@ -94,7 +94,7 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// The footprint of a photon at `position` on the side of a surface that the unit `normal` points to.
+    /// Footprint of a photon at `position`, on the side of a surface that the unit `normal` points to.
     #[inline(always)]
     pub fn new(position: Vec3, normal: Vec3, differential: &Differential, params: &FrameParams) -> Self {
         let camera = &params.camera;
@@ -104,6 +104,7 @@ impl Footprint {
             return Footprint::default();
         }
 
+        // Linearise the projection: columns and rows of pixels over the tangents
         let (by_column, by_row) = camera.gradients(along, on_plane, params);
         let frame = ShadingFrame::new(normal);
         let (column_x, column_y) = (by_column.dot(frame.x), by_column.dot(frame.y));
@@ -113,11 +114,11 @@ impl Footprint {
             return Footprint::default();
         }
 
-        // The photon's own part.
+        // Compute the photon's own part from its differential.
         let own = |v: Vec3| Symmetric::square(v.dot(frame.x), v.dot(frame.y));
         let mut own = own(differential.position_u).plus(own(differential.position_v)).times(SCALE * SCALE);
         if !is_finite((own.xx + own.yy) * (own.xx + own.yy)) {
-            // Grazing light: wider than numbers hold, and than is shown.
+            // Replace an overflow of grazing light by a size that is clamped below.
             own = Symmetric { xx: 1.0e15, xy: 0.0, yy: 1.0e15 };
         }
         let own = own.rounded(MAX_ANISOTROPY);
@@ -127,14 +128,14 @@ impl Footprint {
         let clamped =
             |part: Symmetric| part.times((MAX_HALF_SIZE * MAX_HALF_SIZE / size(part).max(1.0e-30)).min(1.0));
 
-        // A pixel's part: the inverse of (pixels a metre).
+        // Add a pixel's part: the inverse of the pixels per metre.
         let half = PIXEL_HALF_AXIS / pixels;
         let pixel = Symmetric::square(row_y * half, -row_x * half)
             .plus(Symmetric::square(-column_y * half, column_x * half));
         let axes = clamped(whole).plus(pixel);
         let alone = clamped(own).plus(pixel).determinant().max(0.0).sqrt();
 
-        // A tenth more than the first order says: perspective bends an ellipse.
+        // Bound the pixels that may see the ellipse, a tenth wider than to first order, for perspective.
         let (width, height) = (params.width as f32, params.height as f32);
         let position_px = params.raster_position(on_plane);
         let across = axes.form(column_x, column_y).sqrt() * 1.1 + 0.5;
@@ -161,8 +162,8 @@ impl Footprint {
         }
     }
 
-    /// Share of the photon's flux that a point `along` from it gets (m^-2): 10 / (3 pi a b) (1 - 3 x^2 + 2 x^3), x the
-    /// distance over the ellipse's own. Its integral over the plane is 1.
+    /// Kernel of the footprint: share of the photon's flux at a point `along` from it (m^-2). It is 10 / (3 pi a b) (1 - 3 x^2 +
+    /// 2 x^3), with x the distance over the ellipse's own in that direction. Its integral over the plane is 1.
     #[inline]
     pub fn weight(&self, along: Vec3) -> f32 {
         let (x, y) = (along.dot(self.tangent_x), along.dot(self.tangent_y));
@@ -240,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_number_holds_has_the_largest_footprint() {
+    fn huge_and_nan_differentials_have_the_largest_footprint() {
         let params = params();
         for (u, v) in [(f32::INFINITY, 0.0), (f32::NAN, 1.0), (1.0e15, 1.0e-3), (1.0e6, 1.0e6)] {
             let position_u = Vec3::new(u, 0.0, 0.0);
@@ -261,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_camera_does_not_see_has_none() {
+    fn photons_out_of_view_have_no_footprint() {
         let params = params();
         let at = |position, normal| {
             Footprint::new(position, normal, &Differential::default(), &params).area_px > 0.0

@@ -9,8 +9,9 @@ use crate::math::is_finite;
 use crate::math::rng::Rng;
 use crate::math::sampler::next4;
 use crate::path::camera_ray::CameraPathStart;
-use crate::path::direct_light::{LightNumbers, choose_light_samples};
+use crate::path::direct_light::choose_light_samples;
 use crate::path::emission::{environment_radiance, is_emitter, surface_emission};
+use crate::path::light_numbers::LightNumbers;
 use crate::path::observer::PathObserver;
 use crate::path::prefix::{advance_prefix, collection_point};
 use crate::path::scratch::light_samples::{self, LightSamples};
@@ -52,7 +53,7 @@ pub struct CameraPath {
 }
 
 impl CameraPath {
-    /// A path that has not left the eye.
+    /// Path that has not left the eye.
     #[inline(always)]
     pub fn new(start: &CameraPathStart, suffix: CameraSuffix) -> CameraPath {
         CameraPath {
@@ -67,7 +68,7 @@ impl CameraPath {
         }
     }
 
-    /// Traces a segment, and counts at once what was rare on it: sums would be values that a path keeps.
+    /// Traces a segment through the media around it. Counts rare events at once, see `path::scratch`.
     #[inline(always)]
     pub fn trace_segment<T: Tracer, C: Atomics>(
         &self,
@@ -82,7 +83,7 @@ impl CameraPath {
         traced
     }
 
-    /// Adds the radiance that a ray finds where it leaves the scene.
+    /// Adds the background, and by MIS the emission of the environment, where a ray leaves the scene.
     #[inline(always)]
     pub fn add_environment(
         &self,
@@ -129,7 +130,7 @@ impl CameraPath {
         Arrival { vertex, material, media: traced.media, throughput }
     }
 
-    /// Adds the emission of a surface.
+    /// Adds the emission of a surface, by MIS.
     #[inline(always)]
     pub fn add_emission(
         &self,
@@ -153,7 +154,7 @@ impl CameraPath {
         }
     }
 
-    /// Lobes by which the path goes on and finds lights: all in the prefix, those of the suffix behind it.
+    /// Lobes by which the path goes on and finds lights: all of them in the prefix, those of the suffix behind it.
     #[inline(always)]
     fn lobes(&self) -> CameraSuffix {
         let mut lobes = CameraSuffix::ALL;
@@ -176,7 +177,7 @@ impl CameraPath {
         channel
     }
 
-    /// Random numbers of the light samples of a vertex, and how many there are.
+    /// Random numbers of the light samples of a vertex, with their count.
     #[inline(always)]
     fn sample_numbers(&mut self, arrival: &Arrival, context: PathContext<'_>) -> LightNumbers {
         let sequence = &context.params.sequence;
@@ -193,7 +194,7 @@ impl CameraPath {
         LightNumbers { candidates, count, u, choice }
     }
 
-    /// The BSDF of a vertex, and the media on both of its sides.
+    /// BSDF of a vertex, and the media on both of its sides.
     #[inline(always)]
     fn scattering(
         &self,
@@ -216,8 +217,8 @@ impl CameraPath {
         )
     }
 
-    /// Samples positions on lights, makes the BSDF of the vertex, and weighs the samples by it. Returns the BSDF and the number of shadow
-    /// rays in the scratch.
+    /// Samples positions on lights, makes the BSDF of the vertex, and weighs the samples by it. Returns the BSDF, and the number
+    /// of shadow rays in the scratch.
     #[inline(always)]
     pub fn sample_lights(
         &mut self,
@@ -226,18 +227,23 @@ impl CameraPath {
         sample_words: &mut [u32; light_samples::ROOM],
         scratch: &mut PathScratch<'_>,
     ) -> (ScatteringVertex, u32) {
+        // Choose the lobes, and one channel where a medium disperses
         let lobes = self.lobes();
         let channel = self.choose_channel(arrival, context);
         let numbers = self.sample_numbers(arrival, context);
-        let position = arrival.vertex.position;
-        let sample = |id| numbers.sample(id, position, context);
-        let mut samples = LightSamples::new(numbers.count, sample, sample_words);
+
+        // Sample positions on the lights
+        let mut samples = LightSamples::new(&numbers, arrival.vertex.position, context, sample_words);
+
+        // Make the BSDF
         let scattering = self.scattering(arrival, channel, lobes, context);
         if context.features.has(Features::PARTS) && self.in_prefix {
-            // A collection point here reflects nothing that was found before
+            // Restart the parts: a collection point here reflects nothing that was found before
             scratch.set(Sum::Prefix, scratch.sum(Sum::Radiance));
             scratch.set(Sum::Direct, Vec3::ZERO);
         }
+
+        // Weigh the light samples by BSDF and MIS, and store their shadow rays
         let shadow_rays = choose_light_samples(
             &scattering,
             arrival.throughput,
@@ -280,8 +286,8 @@ impl CameraPath {
         }
     }
 
-    /// Multiplies the throughput by f cos / pdf, and ends the path by Russian roulette on what is left of the throughput that left the
-    /// collection point.
+    /// Multiplies the throughput by f cos / pdf, and terminates the path by Russian roulette at non-specular events. The path
+    /// survives with the probability min(1, throughput / (`SURE` times the throughput that left the collection point)).
     #[inline(always)]
     pub fn roulette(&mut self, scattered: &BsdfSample, throughput: &mut Vec3, was_prefix: bool, u: f32) {
         *throughput *= scattered.sampled.weight;
@@ -295,7 +301,7 @@ impl CameraPath {
         }
     }
 
-    /// The next segment, if the path goes on.
+    /// Returns the next segment, if the path goes on.
     #[inline(always)]
     pub fn leave<C: Atomics>(
         &mut self,
@@ -309,7 +315,7 @@ impl CameraPath {
         let carried = throughput.element_sum();
         let exists = (self.in_prefix || self.suffix.is_lit()) && is_finite(carried) && carried > 0.0;
         if exists && sampled.transmitted {
-            // Radiance is compressed into the smaller solid angle of the denser side: eta^2 [Veach 1997, 5.2].
+            // Scale radiance by eta^2, as solid angles shrink in the denser medium [Veach 1997, 5.2].
             throughput *= sampled.eta * sampled.eta;
             count_rare(Counter::MediaOverflow, scattered.media_overflow.into(), counters);
         }
@@ -326,7 +332,7 @@ impl CameraPath {
         }
     }
 
-    /// Tells the observer of a path that ends in its prefix.
+    /// Reports a path that ends in its prefix to the observer.
     #[inline(always)]
     pub fn end_without_point<O: PathObserver>(&self, last: Vec3, observer: &mut O, kept: &mut O::Kept) {
         if self.in_prefix {
@@ -334,7 +340,7 @@ impl CameraPath {
         }
     }
 
-    /// The light of the path, once it has ended; none, and a count, where it is not finite.
+    /// Returns the light of the ended path. Where it is not finite, counts the path and returns no light.
     #[inline(always)]
     pub fn finish<C: Atomics>(
         &self,

@@ -1,7 +1,10 @@
-//! Light samples of a vertex, by their ids. A GPU makes all of them before the BSDF of the vertex, and leaves them in an array: both at
-//! once take more registers than it has. A CPU makes each when it is needed, and leaves none in memory.
+//! Light samples of a vertex, by their ids. A GPU makes all of them before the BSDF of the vertex and stores them in an array.
+//! Samples and BSDF at once take more registers than a GPU has. A CPU makes each sample when it is needed, and stores none.
 
 use crate::light::light_sampling::{ByClass, LightSample};
+use crate::path::PathContext;
+use crate::path::light_numbers::LightNumbers;
+use spirv_std::glam::Vec3;
 
 #[cfg(target_arch = "spirv")]
 pub use gpu::{LightSamples, ROOM};
@@ -11,37 +14,40 @@ pub use cpu::{LightSamples, ROOM};
 
 #[cfg(target_arch = "spirv")]
 mod gpu {
-    use core::marker::PhantomData;
-
-    use super::{ByClass, LightSample};
+    use super::{ByClass, LightNumbers, LightSample, PathContext, Vec3};
     use crate::light::light_sampling::{CANDIDATE_COUNT, FEW_LIGHTS};
     use crate::platform::Record;
 
-    /// Words of a light sample, and of its light.
+    /// Number of words of a light sample, and of its light.
     const WORDS: usize = 17;
 
-    /// Largest number at a vertex: all lights where they are few, else the candidates of one light sample.
+    /// Largest number of samples at a vertex: all lights where they are few, else the candidates of one light sample.
     const MAX_COUNT: u32 = if FEW_LIGHTS > CANDIDATE_COUNT { FEW_LIGHTS } else { CANDIDATE_COUNT };
 
-    /// Words of all.
+    /// Number of words of all samples.
     pub const ROOM: usize = WORDS * MAX_COUNT as usize;
 
     /// Identifies a sample that is kept while others are made: its id.
     pub type Kept = u32;
 
     /// All light samples, in an array.
-    pub struct LightSamples<'a, F>(&'a mut [u32; ROOM], PhantomData<F>);
+    pub struct LightSamples<'a>(&'a mut [u32; ROOM]);
 
-    impl<'a, F: Fn(u32) -> LightSample> LightSamples<'a, F> {
-        /// Makes this number of samples.
+    impl<'a> LightSamples<'a> {
+        /// Makes all samples of a vertex.
         #[inline(always)]
-        pub fn new(count: u32, make: F, words: &'a mut [u32; ROOM]) -> Self {
+        pub fn new(
+            numbers: &LightNumbers,
+            position: Vec3,
+            context: PathContext<'_>,
+            words: &'a mut [u32; ROOM],
+        ) -> Self {
             let mut id = 0;
-            while id < count {
-                put(words, id, &make(id));
+            while id < numbers.count {
+                put(words, id, &numbers.sample(id, position, context));
                 id += 1;
             }
-            LightSamples(words, PhantomData)
+            LightSamples(words)
         }
 
         /// Returns the light sample with an id.
@@ -89,30 +95,37 @@ mod gpu {
 
 #[cfg(not(target_arch = "spirv"))]
 mod cpu {
-    use std::marker::PhantomData;
+    use super::{ByClass, LightNumbers, LightSample, PathContext, Vec3};
 
-    use super::{ByClass, LightSample};
-
-    /// No words: nothing is left in memory.
+    /// No words: a CPU stores no sample.
     pub const ROOM: usize = 0;
 
     /// A sample that is kept while others are made, and its light.
     pub type Kept = (LightSample, ByClass);
 
     /// Makes light samples.
-    pub struct LightSamples<'a, F>(F, PhantomData<&'a ()>);
+    pub struct LightSamples<'a> {
+        numbers: LightNumbers,
+        position: Vec3,
+        context: PathContext<'a>,
+    }
 
-    impl<F: Fn(u32) -> LightSample> LightSamples<'_, F> {
-        /// Makes none yet.
+    impl<'a> LightSamples<'a> {
+        /// Makes no sample yet. A closure in place of the fields would not be inlined, nor compiled for AVX2.
         #[inline(always)]
-        pub fn new(_count: u32, make: F, _words: &mut [u32; ROOM]) -> Self {
-            LightSamples(make, PhantomData)
+        pub fn new(
+            numbers: &LightNumbers,
+            position: Vec3,
+            context: PathContext<'a>,
+            _words: &mut [u32; ROOM],
+        ) -> Self {
+            LightSamples { numbers: *numbers, position, context }
         }
 
         /// Makes the light sample with an id.
         #[inline(always)]
         pub fn get(&self, id: u32) -> LightSample {
-            (self.0)(id)
+            self.numbers.sample(id, self.position, self.context)
         }
 
         /// Keeps a sample and its light while others are made.

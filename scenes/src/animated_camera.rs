@@ -1,7 +1,7 @@
-//! A flight along two mirrors, a perfect and a glossy one, which show the caustics on the floor before them.
+//! `animated-camera`: a flight along a perfect and a glossy mirror, which show the caustics on the floor before them.
 //!
-//! Lamps hang on the wall above the mirrors and look away from it, so that hardly any of their light meets the mirrors:
-//! what is bright in a mirror is what it shows.
+//! Lamps hang on the wall above the mirrors and face away from it, so that hardly any of their light meets the mirrors. The light
+//! in a mirror is thus a reflection of the room.
 
 use glam::DVec3;
 
@@ -9,15 +9,15 @@ use crate::gltf::{Document, Interpolation, Property, emitter, glass, looking, me
 use crate::mesh::Mesh;
 use crate::walls;
 
-/// Time that the flight takes (s).
+/// Duration of the flight (s).
 const DURATION: f64 = 2.0;
-/// Keys of the orientation: one for each frame at 24 a second, and the last.
+/// Keys of the orientation: one for each frame at 24 per second, and the last.
 const KEYS: u32 = 48;
-/// Gap that keeps faces of things that stand on each other apart (m).
+/// Gap between faces of touching objects (m).
 const GAP: f64 = 0.001;
-/// Where the left half's casters stand (m).
+/// Position of the left casters along x (m).
 const LEFT: f64 = -1.3;
-/// Where the right half's casters stand (m).
+/// Position of the right casters along x (m).
 const RIGHT: f64 = 1.3;
 
 /// Builds the scene.
@@ -31,7 +31,7 @@ pub fn build() -> Document {
     document
 }
 
-/// Where the eye is and what it looks at, at a share of the flight; smooth.
+/// Eye and target at a fraction of the flight; smooth.
 fn view(share: f64) -> (DVec3, DVec3) {
     let x = -1.7 + 3.4 * share;
     // An arc that dips towards the mirrors, and a rise.
@@ -44,7 +44,7 @@ fn view(share: f64) -> (DVec3, DVec3) {
 fn add_camera(document: &mut Document) {
     let (eye, target) = view(0.0);
     let camera = document.camera("main", eye, target, 45_f64.to_radians(), 16.0 / 9.0);
-    // The path is a parabola: one cubic is exact.
+    // The path is a parabola: a single cubic is exact.
     let slope = |share: f64| {
         let step = 1e-3;
         (view(share + step).0 - view(share - step).0) / (2.0 * step * DURATION)
@@ -68,7 +68,7 @@ fn add_camera(document: &mut Document) {
 
 fn add_walls(document: &mut Document) {
     let (centre, half) = (DVec3::new(0.0, 1.4, 0.0), DVec3::new(3.0, 1.4, 2.2));
-    // Name, albedo, the way the wall faces.
+    // Name, albedo, facing direction
     let walls = [
         ("floor", [0.34, 0.32, 0.29], DVec3::Y),
         ("ceiling", [0.30, 0.30, 0.29], DVec3::NEG_Y),
@@ -93,7 +93,7 @@ fn add_lights(document: &mut Document) {
     let material = document.material("lamp", emitter([1.0, 0.92, 0.80], 1500.0));
     let mut panels = Mesh::default();
     for x in [LEFT, RIGHT] {
-        // From the side: caustics lie beside their casters, where neither the camera nor the mirrors lose them.
+        // From the side: caustics fall beside their casters, visible to the camera and in the mirrors.
         let centre = DVec3::new(x + 1.3 * x.signum(), 2.05, -2.1);
         let facing = (DVec3::new(x, 0.0, -0.7) - centre).normalize();
         let right = facing.cross(DVec3::Y).normalize();

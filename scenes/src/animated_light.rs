@@ -1,6 +1,6 @@
-//! A lamp swings over a room: its caustics run over floor and walls, and two mirrors show them.
+//! `animated-light`: a lamp swings over a room. Its caustics move over floor and walls, and two mirrors show them.
 //!
-//! A screen keeps its light off one corner, where a weak lamp that stands still throws a caustic that rests.
+//! A screen keeps its light off one corner, where a weak, resting lamp casts a resting caustic.
 
 use std::f64::consts::TAU;
 
@@ -10,15 +10,15 @@ use crate::gltf::{Document, Interpolation, Property, emitter, glass, lambert, me
 use crate::mesh::Mesh;
 use crate::walls;
 
-/// Time of a swing there and back (s).
+/// Period of the swing (s).
 const PERIOD: f64 = 2.0;
 /// Largest angle of the swing (rad).
 const LARGEST: f64 = 0.6;
-/// What the light hangs from (m).
+/// Pivot of the swing (m).
 const PIVOT: DVec3 = DVec3::new(-1.35, 2.5, -0.95);
 /// Length of the rod (m).
 const ROD: f64 = 0.8;
-/// Gap that keeps faces of things that stand on each other apart (m).
+/// Gap between faces of touching objects (m).
 const GAP: f64 = 0.001;
 
 /// Builds the scene.
@@ -35,7 +35,7 @@ pub fn build() -> Document {
 
 fn add_walls(document: &mut Document) {
     let (centre, half) = (DVec3::new(0.0, 1.4, 0.0), DVec3::new(2.2, 1.4, 2.1));
-    // Name, albedo, the way the wall faces.
+    // Name, albedo, facing direction
     let walls = [
         ("floor", [0.34, 0.32, 0.29], DVec3::Y),
         ("ceiling", [0.30, 0.30, 0.29], DVec3::NEG_Y),
@@ -55,13 +55,13 @@ fn add_mirrors(document: &mut Document) {
     }
 }
 
-/// The light: built around its pivot, looking down, and turned about z.
+/// Adds the swinging light: built around its pivot, facing down, and turned about z.
 fn add_swing(document: &mut Document) {
     let material = document.material("lamp", emitter([1.0, 0.93, 0.82], 900.0));
     let panel = Mesh::default().panel(DVec3::new(0.0, -ROD, 0.0), 0.05 * DVec3::X, 0.05 * DVec3::Z);
     let light = document.mesh("lamp", material, &panel);
     document.place(light, PIVOT);
-    // The angle is a sine; a cubic with the tangents of the quaternion between eight keys is within 1e-4 of it.
+    // The angle is a sine. Cubics with the quaternion's tangents between eight keys are within 1e-4 of it.
     let times: Vec<f64> = (0..=8).map(|key| PERIOD * f64::from(key) / 8.0).collect();
     let rows: Vec<[f64; 4]> = times
         .iter()
@@ -84,7 +84,7 @@ fn add_casters(document: &mut Document) {
     document.mesh("ring", brass, &Mesh::default().ring(base, 0.3, 0.308, 0.14, 192, 2));
 }
 
-/// The corner with the weak light.
+/// Adds the corner with the weak light.
 fn add_corner(document: &mut Document) {
     let grey = document.material("screen", lambert([0.25, 0.25, 0.26]));
     let wall = Mesh::default().block(DVec3::new(1.36, GAP, -2.0), DVec3::new(1.38, 1.7, -0.45));

@@ -1,7 +1,7 @@
-//! A bar at night, the stand-in for Bistro Interior: bottles and glasses before a mirror, under many small lamps.
+//! A bar at night, similar to Bistro Interior: bottles and glasses before a mirror, under many small lamps.
 //!
-//! Every glass is a solid with a wall, every bottle a solid of tinted glass. Shapes are shared between nodes, so that the
-//! file is small; a loader that bakes nodes sees each as triangles of its own.
+//! Every glass is a solid with a wall, every bottle a solid of tinted glass. Nodes share shapes, so that the file is small; a
+//! loader that bakes nodes makes separate triangles of each.
 
 use glam::DVec3;
 
@@ -18,11 +18,11 @@ mod lights;
 mod metal;
 mod palette;
 
-/// Size of the room (m); x is centred, y and z begin at 0.
+/// Size of the room (m); x is centred, y and z start at 0.
 const ROOM: DVec3 = DVec3::new(7.2, 3.1, 5.2);
-/// Gap that keeps faces of things that stand on each other apart (m).
+/// Gap between faces of touching objects (m).
 const GAP: f64 = 0.0005;
-/// Where tables stand (m).
+/// Positions of the tables in x and z (m).
 const TABLES: [[f64; 2]; 3] = [[-2.1, 3.3], [-0.3, 4.1], [1.6, 3.9]];
 
 /// Builds the bar.
@@ -48,7 +48,7 @@ pub fn build() -> Document {
     document
 }
 
-/// Small displacements, the same every time: a linear congruential generator.
+/// Small deterministic displacements by a linear congruential generator.
 struct Scatter(u32);
 
 impl Scatter {
@@ -58,19 +58,19 @@ impl Scatter {
         (self.0 >> 16) as usize % count
     }
 
-    /// Uniform within this distance of zero, in 2000 steps.
+    /// Uniform in [-`max_offset`, `max_offset`], in 2000 steps.
     fn within(&mut self, max_offset: f64) -> f64 {
         (self.pick(2001) as f64 / 1000.0 - 1.0) * max_offset
     }
 }
 
-/// Puts a thing on something of this height, at x and z (m).
+/// Places a shape at a height, at x and z (m).
 fn put(document: &mut Document, name: &str, shape: Shape, [x, height, z]: [f64; 3]) {
     let node = document.node(name, shape);
     document.place(node, DVec3::new(x, height + GAP, z));
 }
 
-/// Two shelves of bottles, and glasses above.
+/// Fills the two lower shelves with bottles, and the third with glasses.
 fn fill_shelves(document: &mut Document, scatter: &mut Scatter, glasses: &Glasses, bottles: &[Shape]) {
     let middle = 0.5 * (SHELF_Z[0] + SHELF_Z[1]);
     for (row, height) in SHELVES.into_iter().enumerate() {
@@ -82,13 +82,13 @@ fn fill_shelves(document: &mut Document, scatter: &mut Scatter, glasses: &Glasse
                 let x = from + (to - from) * f64::from(k) / count + scatter.within(max_offset);
                 let position = [x, height, middle + scatter.within(0.02)];
                 if row < 2 {
-                    // Runs of one kind, as bars have them; the carafe is rare.
+                    // Bottles of a kind stand in runs; the carafe is rare.
                     let kind = (k as usize / 3 + 2 * row + scatter.pick(2)) % 6;
                     let kind = if scatter.pick(16) == 0 { 6 } else { kind };
                     put(document, "bottle", bottles[kind], position);
                 } else {
                     let kind = [glasses.wine, glasses.flute, glasses.martini][(k as usize / 5 + row) % 3];
-                    // A martini glass is as wide as the pitch: every other position.
+                    // A martini glass is as wide as the pitch: use every other position.
                     if (k as usize / 5 + row) % 3 < 2 || k.is_multiple_of(2) {
                         put(document, "glass", kind, position);
                     }
@@ -98,7 +98,7 @@ fn fill_shelves(document: &mut Document, scatter: &mut Scatter, glasses: &Glasse
     }
 }
 
-/// Few things below the shelves, so that the mirror shows the counter.
+/// Places few things below the shelves, so that the mirror shows the counter.
 fn fill_back_bar(document: &mut Document, scatter: &mut Scatter, glasses: &Glasses, turned: &Turned) {
     for k in 0..10_u32 {
         for row in 0..2_u32 {
@@ -112,7 +112,7 @@ fn fill_back_bar(document: &mut Document, scatter: &mut Scatter, glasses: &Glass
     }
 }
 
-/// What was served, and a tray of flutes.
+/// Places served drinks, and a tray of flutes.
 fn fill_counter(
     document: &mut Document,
     scatter: &mut Scatter,
@@ -131,7 +131,7 @@ fn fill_counter(
         ("flute", glasses.flute),
         ("tumbler", glasses.tumbler),
     ];
-    // A grid of cells with gaps, each thing somewhere in its own cell.
+    // A grid of cells with gaps; each object stands at random in its own cell.
     let (columns, width) = (20_u32, (COUNTER_X[1] - COUNTER_X[0] - 0.3) / 20.0);
     for column in 0..columns {
         let x = COUNTER_X[0] + 0.15 + width * (f64::from(column) + 0.5);
@@ -165,7 +165,7 @@ fn fill_counter(
     }
 }
 
-/// Stools, tables and the glasses on them.
+/// Places stools, tables and the glasses on them.
 fn fill_room(document: &mut Document, scatter: &mut Scatter, glasses: &Glasses, turned: &Turned) {
     for x in [-2.5, -1.5, -0.5, 0.5, 1.5] {
         put(document, "stool", turned.stool, [x + scatter.within(0.08), 0.0, 2.12 + scatter.within(0.05)]);

@@ -1,12 +1,12 @@
-//! A Cornell-like box with a mirror ball and a glass ball, in any number of triangles: what a tracer's speed is held
-//! against, and how it falls as scenes grow.
+//! A Cornell-like box with a mirror ball and a glass ball, in any number of triangles. It measures the speed of tracers, and how
+//! the speed falls with the size of scenes.
 
 use glam::DVec3;
 
 use crate::gltf::{Document, emitter, glass, lambert, metal};
 use crate::mesh::Mesh;
 
-/// Half the box's side (m); its floor lies at height 0.
+/// Half the box's side (m); the floor is at height 0.
 const HALF: f64 = 1.0;
 /// Radius of the balls (m).
 const BALL_RADIUS: f64 = 0.36;
@@ -17,12 +17,12 @@ const LIGHT_HALF_SIDE: f64 = 0.25;
 /// Radiance of the light (W m^-2 sr^-1).
 const LIGHT_RADIANCE: f64 = 12.0;
 
-/// How finely the surfaces are cut.
+/// Subdivision of the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Detail {
-    /// Squares along a wall's side.
+    /// Number of squares along a wall's side.
     walls: u32,
-    /// Rows of a ball; it has twice as many segments.
+    /// Number of rows of a ball; it has twice as many segments.
     balls: u32,
 }
 
@@ -30,19 +30,19 @@ impl Detail {
     /// Walls of two triangles and smooth balls: 8 thousand triangles.
     pub const DEFAULT: Detail = Detail { walls: 1, balls: 32 };
 
-    /// About this many triangles, half of them in the five walls and half in the two balls.
+    /// Detail with about this number of triangles, half in the five walls and half in the two balls.
     pub fn with_triangles(triangles: u32) -> Detail {
         let half = f64::from(triangles) / 2.0;
-        // Two triangles a square of a wall; 4 rows² of a ball.
+        // A square of a wall has two triangles, a ball 4 rows².
         Detail { walls: (half / 10.0).sqrt().round() as u32, balls: (half / 8.0).sqrt().round() as u32 }
     }
 }
 
-/// Builds the box; all details show the same, but for the polygons of the balls' outlines.
+/// Builds the box. All details look equal, but for the polygonal outlines of the balls.
 pub fn build(detail: Detail) -> Document {
     let mut document = Document::default();
     let centre = DVec3::new(0.0, HALF, 0.0);
-    // Name, albedo, the way the wall faces. The front is open.
+    // Name, albedo, facing direction. The front is open.
     let walls = [
         ("floor", [0.73, 0.73, 0.73], DVec3::Y, DVec3::X),
         ("ceiling", [0.73, 0.73, 0.73], DVec3::NEG_Y, DVec3::X),
@@ -84,12 +84,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_lamp_faces_down() {
+    fn lamp_faces_down() {
         assert!(DVec3::X.cross(DVec3::Z).y < 0.0);
     }
 
     #[test]
-    fn a_number_of_triangles_is_nearly_met() {
+    fn number_of_triangles_is_met_within_12_percent() {
         for triangles in [1_000, 10_000, 100_000, 1_000_000] {
             let Detail { walls, balls } = Detail::with_triangles(triangles);
             // A row at each pole has one triangle a segment instead of two.

@@ -1,7 +1,7 @@
-//! The small files of `tests/corpus`: what exporters write and viewers show, a feature or two each. Most have neither camera nor
-//! light. `CAUSTICS_BLESS=1 cargo test --workspace -p caustics-scenes corpus` writes them.
+//! The small files of `tests/corpus`: features that exporters write and viewers show, one or two a file. Most files have neither
+//! camera nor light. `CAUSTICS_BLESS=1 cargo test --workspace -p caustics-scenes corpus` writes them.
 //!
-//! A file is a function and a line of [`ALL`].
+//! To add a file, add a function and a line of [`ALL`].
 
 use serde_json::json;
 
@@ -16,9 +16,9 @@ mod surfaces;
 /// A file of the corpus.
 #[derive(Clone, Copy, Debug)]
 pub struct CorpusFile {
-    /// Its name, with the ending that says what it is.
+    /// Name of the file, with its extension.
     pub name: &'static str,
-    /// What it has.
+    /// Contents, in a few words.
     pub description: &'static str,
     make: fn() -> Small,
 }
@@ -64,14 +64,14 @@ const fn entry(name: &'static str, description: &'static str, make: fn() -> Smal
 }
 
 impl CorpusFile {
-    /// Its contents.
+    /// Contents of the file.
     pub fn bytes(&self) -> Vec<u8> {
         let small = (self.make)();
         if self.name.ends_with(".glb") { small.glb() } else { small.gltf() }
     }
 }
 
-/// What `tests/corpus/README.md` says.
+/// Text of `tests/corpus/README.md`.
 pub fn readme() -> String {
     let head = "\
 # Corpus
@@ -96,7 +96,7 @@ All are CC0, as far as anybody can own a box.
     format!("{head}{rows}{OTHERS}")
 }
 
-/// The second table, of files that another program makes of those of the first.
+/// Second table: files that other programs make from those of the first.
 const OTHERS: &str = "
 | made of them | what it has | source | licence |
 |---|---|---|---|
@@ -107,7 +107,7 @@ const OTHERS: &str = "
 | basis-etc1s.glb, basis-uastc.glb | KHR_texture_basisu | packed.glb by `ktx2` of the npm package ktx2-encoder 0.6 | CC0 |
 ";
 
-/// A plain rough material of this colour.
+/// A rough dielectric of this colour.
 fn paint(color: [f64; 3]) -> serde_json::Value {
     json!({ "pbrMetallicRoughness": {
         "baseColorFactor": [color[0], color[1], color[2], 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9,
@@ -124,7 +124,7 @@ mod tests {
     const ALL_TOGETHER: u64 = 2_000_000;
 
     #[test]
-    fn the_corpus_is_what_is_made_now_and_small() {
+    fn corpus_equals_the_generated_files_and_is_small() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/corpus");
         let made = ALL.iter().map(|file| (file.name, file.bytes()));
         for (name, bytes) in made.chain([("README.md", readme().into_bytes())]) {
@@ -139,7 +139,7 @@ mod tests {
         let entries = || folder.read_dir().unwrap().map(|entry| entry.unwrap());
         let sizes: Vec<u64> = entries().map(|entry| entry.metadata().unwrap().len()).collect();
         assert!(sizes.iter().all(|size| *size <= LARGEST) && sizes.iter().sum::<u64>() <= ALL_TOGETHER);
-        // Each file stands in the table.
+        // The table lists each file.
         for entry in entries() {
             let name = entry.file_name().into_string().unwrap();
             let is_named = readme().split(['|', ',', ' ']).any(|word| word == name);

@@ -9,30 +9,30 @@ mod animation;
 
 pub use animation::{Interpolation, Property};
 
-/// A node by its index; handed out when it is added.
+/// Index of a node; returned when it is added.
 #[derive(Clone, Copy, Debug)]
 pub struct Node(usize);
 
-/// A material by its name; handed out by [`Document::material`].
+/// Index of a material; returned by [`Document::material`].
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialId(usize);
 
-/// A mesh by its index, to stand on several nodes; handed out by [`Document::shape`].
+/// Index of a mesh, for any number of nodes; returned by [`Document::shape`].
 #[derive(Clone, Copy, Debug)]
 pub struct Shape(usize);
 
-/// A texture by its index; handed out by [`Document::texture`].
+/// Index of a texture; returned by [`Document::texture`].
 #[derive(Clone, Copy, Debug)]
 pub struct Texture(usize);
 
 impl Texture {
-    /// How a material refers to it.
+    /// Reference of a material to the texture.
     pub fn info(self) -> Value {
         json!({ "index": self.0 })
     }
 }
 
-/// A glTF document in the making.
+/// Builder of a glTF document.
 #[derive(Default)]
 pub struct Document {
     binary: Vec<u8>,
@@ -44,14 +44,14 @@ pub struct Document {
     lights: Vec<Value>,
     nodes: Vec<Value>,
     images: Vec<Value>,
-    /// Nodes that stand below another.
+    /// Indices of nodes with a parent.
     children: Vec<usize>,
     channels: Vec<Value>,
     samplers: Vec<Value>,
     extensions: Vec<String>,
 }
 
-/// A surface that scatters as a plain Lambertian of this albedo.
+/// A Lambertian material of this albedo.
 pub fn lambert(albedo: [f64; 3]) -> Value {
     json!({
         "extensions": { "KHR_materials_specular": { "specularFactor": 0.0 } },
@@ -64,12 +64,12 @@ pub fn metal(color: [f64; 3], roughness: f64) -> Value {
     json!({ "pbrMetallicRoughness": pbr(color, 1.0, roughness) })
 }
 
-/// A smooth dielectric coat of index 1.5 and this roughness over a Lambertian.
+/// A Lambertian under a smooth dielectric coat of index 1.5 and this roughness.
 pub fn coated(albedo: [f64; 3], roughness: f64) -> Value {
     json!({ "pbrMetallicRoughness": pbr(albedo, 0.0, roughness) })
 }
 
-/// A volume of this index of refraction that lets `color` pass after `distance` (m).
+/// A volume of this index of refraction that attenuates white to `color` after `distance` (m).
 pub fn tinted(ior: f64, color: [f64; 3], distance: f64) -> Value {
     let mut material = glass(ior, 0.05);
     let volume = &mut material["extensions"]["KHR_materials_volume"];
@@ -90,7 +90,7 @@ pub fn glass(ior: f64, thickness: f64) -> Value {
     })
 }
 
-/// A black surface that emits `strength` times `color` (W m^-2 sr^-1) from its front.
+/// A black material that emits `strength` times `color` (W m^-2 sr^-1) from its front.
 pub fn emitter(color: [f64; 3], strength: f64) -> Value {
     json!({
         "emissiveFactor": color,
@@ -133,13 +133,13 @@ impl Document {
         Texture(self.images.len() - 1)
     }
 
-    /// Adds a mesh of one material as a node of its own.
+    /// Adds a mesh of one material, and a node with it.
     pub fn mesh(&mut self, name: &str, material: MaterialId, mesh: &Mesh) -> Node {
         let shape = self.shape(name, &[(material, mesh)]);
         self.node(name, shape)
     }
 
-    /// Adds a shape, a mesh for each material, that stands nowhere yet.
+    /// Adds a mesh with a primitive for each material, without a node.
     pub fn shape(&mut self, name: &str, parts: &[(MaterialId, &Mesh)]) -> Shape {
         let primitives: Vec<_> =
             parts.iter().map(|(material, mesh)| self.primitive(name, *material, mesh)).collect();
@@ -147,7 +147,7 @@ impl Document {
         Shape(self.meshes.len() - 1)
     }
 
-    /// Adds a node of this shape.
+    /// Adds a node with this shape.
     pub fn node(&mut self, name: &str, shape: Shape) -> Node {
         self.nodes.push(json!({ "mesh": shape.0, "name": name }));
         Node(self.nodes.len() - 1)
@@ -169,7 +169,7 @@ impl Document {
         json!({ "attributes": attributes, "indices": indices, "material": material.0 })
     }
 
-    /// Adds a camera that looks from `eye` at `target`, with a vertical field of view (rad) and y upwards.
+    /// Adds a camera at `eye` that looks at `target`, with a vertical field of view (rad) and y upwards.
     pub fn camera(&mut self, name: &str, eye: DVec3, target: DVec3, fov_y: f64, aspect: f64) -> Node {
         let rotation = looking(eye, target);
         self.nodes.push(json!({
@@ -186,8 +186,8 @@ impl Document {
         Node(self.nodes.len() - 1)
     }
 
-    /// Adds a spot light that shines from `position` at `target`: its colour times its intensity on the axis (W sr^-1), the angles
-    /// between the axis and where it begins to fade and is dark (rad).
+    /// Adds a spot light at `position` that points at `target`. On its axis it emits `color` times `intensity` (W sr^-1). `cone`
+    /// holds the angles from the axis (rad) at which it starts to fade, and at which it is dark.
     pub fn spot(
         &mut self,
         name: &str,
@@ -220,7 +220,7 @@ impl Document {
         view
     }
 
-    /// A view of what is neither vertices nor indices.
+    /// Adds a view of other data than vertices and indices.
     fn plain_view(&mut self, bytes: &[u8]) -> usize {
         self.views.push(json!({
             "buffer": 0, "byteLength": bytes.len(), "byteOffset": self.binary.len(),
@@ -271,7 +271,7 @@ impl Document {
         self.accessors.len() - 1
     }
 
-    /// The document and its buffer, which the document expects as `scene.bin` beside it.
+    /// Encodes the document and its buffer, which the document refers to as `scene.bin`.
     pub fn encode(mut self) -> (Vec<u8>, Vec<u8>) {
         self.extensions.sort();
         self.extensions.dedup();
@@ -299,7 +299,7 @@ impl Document {
             document["textures"] = textures.collect();
             document["images"] = json!(self.images);
         }
-        // Key order must not depend on which features other crates switch on in serde_json.
+        // Sort keys: their order must not depend on serde_json features that other crates enable.
         document.sort_all_objects();
         let mut json = serde_json::to_vec_pretty(&document).expect("a JSON value can be written");
         json.push(b'\n');

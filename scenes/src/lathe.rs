@@ -1,8 +1,8 @@
-//! Solids of revolution from a drawn outline.
+//! Solids of revolution from an outline.
 //!
-//! An outline is a chain of points (distance from the axis, height) (m) that runs around the solid's half: on the outside
-//! downwards, at the bottom inwards, in a hollow upwards, on a rim outwards. Its pieces are smooth curves that meet in
-//! edges. A point of distance zero lies on the axis, and the next piece may begin elsewhere on the axis.
+//! An outline is a chain of points (distance from the axis, height) (m) around one half of the solid's section. It runs down the
+//! outside, inwards at the bottom, up a hollow, and outwards on a rim. Its pieces are smooth curves that meet in edges. A point
+//! of distance zero lies on the axis, and the next piece may start elsewhere on the axis.
 
 use glam::{DVec2, DVec3};
 
@@ -11,23 +11,23 @@ use crate::mesh::Mesh;
 /// A smooth part of an outline.
 #[derive(Clone, Debug)]
 pub struct Piece {
-    /// Points that it passes (m).
+    /// Points on the curve (m).
     points: Vec<DVec2>,
-    /// Rows of triangles between two points.
+    /// Number of rows of triangles between two points.
     rows: u32,
 }
 
-/// A straight piece of one row.
+/// A straight piece with one row.
 pub fn line(from: [f64; 2], to: [f64; 2]) -> Piece {
     curve(&[from, to], 1)
 }
 
-/// A curve through points (Catmull-Rom), with this many rows between two.
+/// A curve through points (Catmull-Rom), with this number of rows between two points.
 pub fn curve(points: &[[f64; 2]], rows: u32) -> Piece {
     Piece { points: points.iter().copied().map(DVec2::from_array).collect(), rows }
 }
 
-/// A quarter of an ellipse, a rounded edge: it leaves along the axis and arrives across, or the other way.
+/// A quarter of an ellipse for rounded edges. It starts along the axis and ends across it, or the reverse.
 pub fn round(from: [f64; 2], to: [f64; 2], leaves_along_axis: bool, rows: u32) -> Piece {
     let (from, to) = (DVec2::from_array(from), DVec2::from_array(to));
     let points = (0..=rows).map(|row| {
@@ -57,7 +57,7 @@ impl Piece {
             k => 0.5 * (self.points[k + 1] - self.points[k - 1]),
         };
         let (at_a, at_b) = (slope(span), slope(span + 1));
-        // Cubic Hermite; the points themselves are met exactly, so that pieces close without a gap.
+        // Cubic Hermite. The points are met exactly, so that pieces close without a gap.
         let (s, s2, s3) = (share, share * share, share * share * share);
         let point = match share {
             0.0 => a,
@@ -72,16 +72,16 @@ impl Piece {
         let tangent =
             (a - b) * (6.0 * s2 - 6.0 * s) + at_a * (3.0 * s2 - 4.0 * s + 1.0) + at_b * (3.0 * s2 - 2.0 * s);
         let normal = DVec2::new(-tangent.y, tangent.x);
-        // Smooth over the axis.
+        // Make the surface smooth across the axis.
         let on_axis = point.x == 0.0 && self.points.len() > 2;
         (point, if on_axis { DVec2::new(0.0, normal.y) } else { normal })
     }
 
-    /// Slope at an end, such that the curve bends evenly in its last span.
+    /// Slope at an end, with constant curvature in the last span.
     fn end_slope(&self, end: DVec2, next: DVec2, second: Option<&DVec2>) -> DVec2 {
         second.map_or(next - end, |second| {
             let slope = 2.0 * next - 1.5 * end - 0.5 * *second;
-            // A curve that ends on the axis crosses it level.
+            // A curve that ends on the axis crosses it horizontally.
             if end.x == 0.0 { DVec2::new(slope.x, 0.0) } else { slope }
         })
     }
@@ -91,8 +91,8 @@ impl Piece {
     }
 }
 
-/// The outline of a liquid in a hollow up to a level (m). It reaches `depth` (m) into the wall, so that no air is left
-/// between. The hollow begins on the axis, runs upwards and has no sharp edge.
+/// Outline of a liquid in a hollow up to a level (m). The liquid overlaps the wall by `depth` (m), so that no air lies between.
+/// The hollow starts on the axis, runs upwards and has no sharp edge.
 pub fn filling(hollow: &[Piece], level: f64, depth: f64) -> Vec<Piece> {
     let mut wall: Vec<(DVec2, DVec2)> = Vec::new();
     for piece in hollow {
@@ -115,12 +115,12 @@ pub fn filling(hollow: &[Piece], level: f64, depth: f64) -> Vec<Piece> {
     vec![line([0.0, level], shore.to_array()), Piece { points, rows: 1 }]
 }
 
-/// The solid of an outline, turned about the y axis through the origin.
+/// Revolves an outline about the y axis through the origin.
 pub fn lathe(segments: u32, pieces: &[Piece]) -> Mesh {
     lathe_at(Mesh::default(), DVec3::ZERO, segments, pieces)
 }
 
-/// Adds such a solid that stands somewhere (m).
+/// Adds the solid of revolution of an outline, at a position (m).
 pub fn lathe_at(mesh: Mesh, base: DVec3, segments: u32, pieces: &[Piece]) -> Mesh {
     pieces
         .iter()
@@ -135,7 +135,7 @@ pub mod tests {
 
     use super::*;
 
-    /// Asserts that every edge has its twin, that the inside is inside, and that vertex normals look as faces do.
+    /// Asserts that every edge has its opposite, that fronts face outwards, and that vertex normals agree with faces.
     pub fn assert_solid(name: &str, mesh: &Mesh) {
         let corner = |id: u32| mesh.positions[id as usize];
         let key = |id: u32| corner(id).to_array().map(|x| (x + 0.0).to_bits());
@@ -150,7 +150,7 @@ pub mod tests {
                 *edges.entry((from, to)).or_default() += 1;
                 *edges.entry((to, from)).or_default() -= 1;
                 let cos = mesh.normals[ids[k] as usize].dot(face);
-                assert!(cos > 0.7, "{name}: a normal is off by a cosine of {cos} at {}", corner(ids[k]));
+                assert!(cos > 0.7, "{name}: normal and face have a cosine of {cos} at {}", corner(ids[k]));
             }
         }
         assert!(edges.values().all(|&count| count == 0), "{name} is not closed");
@@ -159,7 +159,7 @@ pub mod tests {
         assert_faces_alternate(name, mesh);
     }
 
-    /// Asserts that a line meets fronts and backs in turn, so that inner and outer walls do not cross.
+    /// Asserts that a line meets fronts and backs alternately, so that inner and outer walls do not cross.
     fn assert_faces_alternate(name: &str, mesh: &Mesh) {
         let (lower, upper) = mesh
             .positions
@@ -202,7 +202,7 @@ pub mod tests {
     }
 
     #[test]
-    fn a_beaker_is_a_solid_with_a_hollow() {
+    fn beaker_is_a_solid_with_a_hollow() {
         let (outside, inside) = beaker();
         assert_solid("beaker", &lathe(64, &[&outside[..], &inside].concat()));
         let upside_down: Vec<Piece> = outside
@@ -228,7 +228,7 @@ pub mod tests {
     }
 
     #[test]
-    fn a_filling_reaches_into_the_wall() {
+    fn filling_overlaps_the_wall() {
         let (_, inside) = beaker();
         let liquid = lathe(64, &filling(&inside[..3], 0.07, 0.001));
         assert_solid("filling", &liquid);
@@ -236,7 +236,7 @@ pub mod tests {
         let widest = liquid.positions.iter().fold(0.0_f32, |widest, p| widest.max(p.x.hypot(p.z)));
         let lowest = liquid.positions.iter().fold(1.0_f32, |lowest, p| lowest.min(p.y));
         for (found, expected) in [(top, 0.07), (widest, 0.031), (lowest, 0.019)] {
-            // An f32 of a few centimetres.
+            // Precision of an f32 of a few centimetres.
             assert!((found - expected).abs() < 1e-8, "{found} {expected}");
         }
     }

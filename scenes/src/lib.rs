@@ -1,6 +1,6 @@
-//! Deterministic generators of the scenes: the same bytes on every run. Imports no other crate of caustics.
+//! Deterministic generators of the scenes: equal bytes on every run. Imports no other crate of caustics.
 //!
-//! A scene is a function in its own file that fills a `gltf::Document` with meshes from `mesh`.
+//! A scene is a function in its own file that fills a `gltf::Document` with meshes of `mesh`.
 
 #![forbid(unsafe_code)]
 
@@ -49,13 +49,13 @@ pub const NAMES: [&str; 16] = [
     "prism",
 ];
 
-/// Names of the scenes that are too large to be committed: they are made where they are wanted.
+/// Names of the scenes that are too large to be committed and are made on demand.
 pub const ON_DEMAND: [&str; 5] = ["bar", "cornell-1k", "cornell-10k", "cornell-100k", "cornell-1m"];
 
-/// The note of `cornell-box` in other numbers of triangles.
+/// Note of `cornell-box` with other numbers of triangles.
 const CORNELL_CUT: &str = include_str!("notes/cornell-cut.md");
 
-/// What a scene shows, in one line.
+/// Describes a scene in one line.
 pub fn description(name: &str) -> Option<&'static str> {
     Some(match name {
         "mirror-room" => {
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn committed_scenes_are_what_is_made_now() {
+    fn committed_scenes_equal_the_generated_files() {
         let committed = Path::new(env!("CARGO_MANIFEST_DIR"));
         for name in NAMES {
             for (file, bytes) in files(name).unwrap() {
@@ -177,9 +177,9 @@ mod tests {
         }
     }
 
-    /// The radiances that a note names are those of the scene's lamps.
+    /// The radiances in a note are those of the scene's lamps.
     #[test]
-    fn notes_name_the_radiances_of_their_scenes() {
+    fn notes_state_the_radiances_of_their_scenes() {
         let mut named = 0;
         for name in NAMES {
             let files = files(name).unwrap();
@@ -201,11 +201,11 @@ mod tests {
                 }
             }
         }
-        assert!(named >= 7, "the test has lost its subject: {named}");
+        assert!(named >= 7, "too few radiances are named: {named}");
     }
 
     #[test]
-    fn scenes_are_made_the_same_twice_and_small() {
+    fn generated_scenes_are_reproducible_and_small() {
         for name in NAMES {
             assert!(description(name).is_some());
             let (first, second) = (files(name).unwrap(), files(name).unwrap());
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn scenes_on_demand_are_made_the_same_twice() {
+    fn scenes_on_demand_are_reproducible() {
         for name in ON_DEMAND {
             assert!(description(name).is_some() && !NAMES.contains(&name));
             assert!(files(name).unwrap() == files(name).unwrap(), "{name}");

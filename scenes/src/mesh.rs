@@ -1,4 +1,4 @@
-//! Meshes in metres, built in f64 so that a platform's sine changes no bit of the f32 that is written.
+//! Meshes in metres, computed in f64, so that differences of a platform's sine do not change the f32 that is written.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,7 +11,7 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit normals of the vertices.
     pub normals: Vec<Vec3>,
-    /// Texture coordinates of the vertices; empty without any.
+    /// Texture coordinates of the vertices; empty without textures.
     pub uvs: Vec<Vec2>,
     /// Three vertices a triangle.
     pub indices: Vec<u32>,
@@ -24,7 +24,7 @@ impl Mesh {
         self.positions.len() as u32 - 1
     }
 
-    /// Adds a flat quadrilateral; corners run counter-clockwise seen from the front.
+    /// Adds a flat quadrilateral with corners counter-clockwise seen from the front.
     pub fn quad(mut self, corners: [DVec3; 4]) -> Self {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let [a, b, c, d] = corners.map(|corner| self.vertex(corner, normal));
@@ -32,7 +32,7 @@ impl Mesh {
         self
     }
 
-    /// Adds a flat triangle; corners run counter-clockwise seen from the front.
+    /// Adds a flat triangle with corners counter-clockwise seen from the front.
     pub fn face(mut self, corners: [DVec3; 3]) -> Self {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let ids = corners.map(|corner| self.vertex(corner, normal));
@@ -40,7 +40,7 @@ impl Mesh {
         self
     }
 
-    /// Adds a flat parallelogram around `centre`; its front is where `right` x `up` points.
+    /// Adds a flat parallelogram around `centre`; its front faces along `right` x `up`.
     pub fn panel(self, centre: DVec3, right: DVec3, up: DVec3) -> Self {
         self.quad([centre - right - up, centre + right - up, centre + right + up, centre - right + up])
     }
@@ -55,7 +55,7 @@ impl Mesh {
         })
     }
 
-    /// Adds a panel on which a texture stands upright, this many times in each direction.
+    /// Adds a panel with an upright texture, repeated `repeats` times along each side.
     pub fn mapped_panel(mut self, centre: DVec3, right: DVec3, up: DVec3, repeats: f32) -> Self {
         self.uvs.extend([Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO].map(|uv| uv * repeats));
         self.panel(centre, right, up)
@@ -74,17 +74,17 @@ impl Mesh {
         self
     }
 
-    /// Adds a sphere with smooth normals, poles on the y axis.
+    /// Adds a sphere with smooth normals and poles on the y axis.
     pub fn sphere(self, centre: DVec3, radius: f64, segments: u32, rows: u32) -> Self {
         let normal = |row: f64| {
             let (sin, cos) = (PI * row / f64::from(rows)).sin_cos();
-            // The exact poles: a sine of pi that is not zero would leave slivers.
+            // Use exact poles: a sine of pi that is not zero would make slivers.
             if row == 0.0 || row == f64::from(rows) { DVec2::new(0.0, cos) } else { DVec2::new(sin, cos) }
         };
         self.revolve(centre, segments, rows, |row| (radius * normal(row), normal(row)))
     }
 
-    /// Adds a solid ring with an axis on y, standing on `base`; walls have smooth normals.
+    /// Adds a solid ring around the y axis, standing on `base`; walls have smooth normals.
     pub fn ring(self, base: DVec3, inner: f64, outer: f64, height: f64, segments: u32, rows: u32) -> Self {
         let height_at = move |row: f64| height * row / f64::from(rows);
         self.revolve(base, segments, rows, |row| (DVec2::new(inner, height_at(row)), DVec2::NEG_X))
@@ -93,8 +93,8 @@ impl Mesh {
             .revolve(base, segments, 1, |row| (DVec2::new(outer + (inner - outer) * row, 0.0), DVec2::NEG_Y))
     }
 
-    /// Adds a profile turned about the y axis through `centre`. The profile gives (distance from the axis, height) and
-    /// the normal at a row; seen from the front, rows run down and segments to the right.
+    /// Adds a profile revolved about the y axis through `centre`. The profile gives the point (distance from the axis, height)
+    /// and the normal at a row. Seen from the front, rows run down and segments to the right.
     pub fn revolve(
         mut self,
         centre: DVec3,
@@ -106,7 +106,7 @@ impl Mesh {
         for row in 0..=rows {
             let (point, normal) = profile(f64::from(row));
             for segment in 0..=segments {
-                // The seam's last column repeats the first exactly.
+                // The last column repeats the first exactly.
                 let (sin, cos) = (TAU * f64::from(segment % segments) / f64::from(segments)).sin_cos();
                 let turn = |p: DVec2| DVec3::new(p.x * cos, p.y, -p.x * sin);
                 self.vertex(centre + turn(point), turn(normal));
@@ -123,7 +123,7 @@ impl Mesh {
         self
     }
 
-    /// Adds a triangle unless two of its corners meet, as at a pole.
+    /// Adds a triangle, unless two of its corners coincide, as at a pole.
     fn triangle(&mut self, ids: [u32; 3]) {
         let [a, b, c] = ids.map(|id| self.positions[id as usize]);
         if a != b && b != c && c != a {
@@ -136,7 +136,7 @@ impl Mesh {
 mod tests {
     use super::*;
 
-    /// Volume inside (m^3) by the divergence theorem; negative if fronts look inwards.
+    /// Enclosed volume (m^3) by the divergence theorem; negative if fronts face inwards.
     fn volume(mesh: &Mesh) -> f64 {
         mesh.indices
             .chunks(3)
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn solids_are_closed_and_look_outwards() {
+    fn solids_are_closed_and_face_outwards() {
         let at = DVec3::new(0.3, 0.2, -0.1);
         let sphere = Mesh::default().sphere(at, 0.5, 64, 32);
         let ring = Mesh::default().ring(at, 0.4, 0.5, 0.3, 128, 4);

@@ -1,4 +1,4 @@
-//! Small scenes in which one thing changes, a second long: for tests of what is kept from frame to frame.
+//! Small scenes of one second in which one thing changes, for tests of histories.
 
 use glam::DVec3;
 
@@ -7,15 +7,15 @@ use crate::mesh::Mesh;
 
 /// Half the light's side (m).
 const LIGHT_HALF_SIDE: f64 = 0.05;
-/// Radiance of a light (W m^-2 sr^-1): about 1 W/m^2 where it looks.
+/// Radiance of a light (W m^-2 sr^-1): about 1 W/m^2 at its target.
 const RADIANCE: f64 = 1400.0;
-/// From what a light looks at to the light (m).
+/// Offset of a light from its target (m).
 const TO_LIGHT: DVec3 = DVec3::new(2.6, 2.6, 0.0);
-/// Gap that keeps faces of things that stand on each other apart (m).
+/// Gap between faces of touching objects (m).
 const GAP: f64 = 0.001;
-/// When the last key is (s).
+/// Time of the last key (s).
 const END: f64 = 1.0;
-/// When something jumps (s).
+/// Time of jumps (s).
 const JUMP: f64 = 0.5;
 
 /// One of two lamps goes out.
@@ -31,7 +31,7 @@ pub fn light_off() -> Document {
     document
 }
 
-/// The caster slides over the floor, under a lamp that stands still.
+/// The caster slides over the floor, under a resting lamp.
 pub fn moving_caster() -> Document {
     let mut document = Document::default();
     add_floor(&mut document, 2.0, 0.0);
@@ -55,7 +55,7 @@ pub fn moving_receiver() -> Document {
     document
 }
 
-/// A plate slides below caster and lamp.
+/// A plate slides below a resting caster and lamp.
 pub fn sliding_receiver() -> Document {
     let mut document = Document::default();
     add_floor(&mut document, 4.0, -0.1);
@@ -93,14 +93,14 @@ pub fn camera_cut() -> Document {
     document
 }
 
-/// A floor at this height (m).
+/// Adds a floor at this height (m).
 fn add_floor(document: &mut Document, half: f64, height: f64) {
     let material = document.material("floor", lambert([0.6, 0.58, 0.55]));
     let centre = DVec3::new(0.0, height, 0.0);
     document.mesh("floor", material, &Mesh::default().panel(centre, half * DVec3::Z, half * DVec3::X));
 }
 
-/// A plate that stands a little above the floor and below the ring.
+/// Adds a plate slightly above the floor and below the ring.
 fn add_plate(document: &mut Document, half_length: f64) -> Node {
     let material = document.material("plate", lambert([0.62, 0.62, 0.7]));
     let half = DVec3::new(half_length, 0.0, 0.8);
@@ -109,14 +109,14 @@ fn add_plate(document: &mut Document, half_length: f64) -> Node {
     document.mesh("plate", material, &mesh)
 }
 
-/// A ring around the origin, on y = 0.
+/// Adds a ring around the origin, on y = 0.
 fn add_ring(document: &mut Document) -> Node {
     let material = document.material("ring", metal([0.95, 0.9, 0.8], 0.0));
     let base = DVec3::new(0.0, GAP, 0.0);
     document.mesh("ring", material, &Mesh::default().ring(base, 0.4, 0.408, 0.3, 256, 2))
 }
 
-/// A light here (m) that looks at the origin, or at what is below it as the origin is; its node stands at the light.
+/// Adds a light at `from` (m) that faces in the direction of the origin; its node is at the light.
 fn add_light(document: &mut Document, name: &str, from: DVec3) -> Node {
     let material = document.material(name, emitter([1.0, 0.95, 0.85], RADIANCE));
     let facing = -from.normalize();

@@ -1,4 +1,4 @@
-//! A prism in a narrow beam and a ball under a small lamp, of glass that parts colours.
+//! A prism in a narrow beam and a ball under a small lamp, of dispersive glass.
 
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
@@ -9,17 +9,17 @@ use crate::mesh::Mesh;
 
 /// Index of refraction of green light.
 const IOR: f64 = 1.6;
-/// 20 over the Abbe number, 10: that of rutile, twice as dispersive as glass gets.
+/// 20 over the Abbe number of 10: that of rutile, twice as dispersive as any glass.
 const DISPERSION: f64 = 2.0;
-/// The prism's axis, along z, in the plane x, y (m).
+/// Axis of the prism, along z, in the x-y plane (m).
 const AXIS: DVec2 = DVec2::new(-0.5, 0.8);
 /// Distance of its edges from the axis (m).
 const RADIUS: f64 = 0.22;
 /// Half its length (m).
 const HALF_LENGTH: f64 = 0.25;
-/// Middle of the ball, whose focus lies above the floor (m).
+/// Centre of the ball, whose focus lies above the floor (m).
 const BALL: DVec3 = DVec3::new(0.85, 0.47, 0.1);
-/// How far it is turned from standing upright (rad), so that the beam leaves it downwards.
+/// Rotation from the upright position (rad), so that the beam leaves downwards.
 const TURN: f64 = -0.6;
 
 /// Glass of this dispersion.
@@ -62,14 +62,14 @@ pub fn build() -> Document {
     let ball = Mesh::default().sphere(BALL, 0.25, 96, 48);
     document.mesh("ball", glass, &ball);
 
-    // It enters through the side that looks up and left.
+    // The beam enters through the side that faces up and left.
     let entrance = AXIS + 0.5 * RADIUS * DVec2::from_angle(5.0 * TAU / 12.0 + TURN);
     let from = (entrance - 1.8 * beam()).extend(0.0);
     document.spot("beam", from, entrance.extend(0.0), [1.0; 3], 100.0, [0.026, 0.028]);
-    // Lets the room be seen.
+    // A dim light makes the room visible.
     let above = Mesh::default().panel(DVec3::new(0.0, 2.9, 0.3), DVec3::X, DVec3::Z);
     document.mesh("dim lamp", dim, &above);
-    // Faces the ball.
+    // The lamp faces the ball.
     let down = DVec3::new(-0.3, -1.0, 0.1).normalize();
     let (right, up) = (DVec3::Z.cross(down).normalize(), down.cross(DVec3::Z.cross(down)).normalize());
     let position = BALL - 2.2 * down;

@@ -20,7 +20,7 @@ pub fn build() -> Document {
     let light = document.material("lamp", emitter([1.0, 1.0, 1.0], RADIANCE));
 
     document.mesh("plane", plane, &Mesh::default().panel(DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X));
-    // A hair above the plane: no face of the ring lies in the plane's own.
+    // Slightly above the plane, so that no faces coincide.
     let base = DVec3::new(0.0, 0.001, 0.0);
     document.mesh("ring", ring, &Mesh::default().ring(base, 1.0, 1.01, 0.8, 512, 2));
 

@@ -1,9 +1,9 @@
 //! The room of `mirror-room`, `glossy-room` and `plain-room`.
 //!
-//! The camera looks down over a screen into a mirror on the back wall. Between screen and mirror stands the table, which
-//! the screen hides: a ray that passes over the screen meets the table only after the mirror. All else that the camera
-//! sees directly faces away from the mirror and is dark, and a shade keeps the lamp's own light off the mirror, so that
-//! caustic light has to bounce twice to be seen outside of the mirror.
+//! The camera looks down over a screen into a mirror on the back wall. Between screen and mirror stands the table, which the
+//! screen hides: a ray over the screen meets the table only after the mirror. Other surfaces that the camera sees directly are
+//! dark and face away from the mirror. A shade keeps the lamp's direct light off the mirror. Caustic light thus needs two bounces
+//! to be visible outside of the mirror.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use crate::gltf::{Document, emitter, glass, lambert, metal};
 use crate::mesh::Mesh;
 use crate::walls;
 
-/// Which of the three rooms.
+/// Selects one of the three rooms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A perfect wall mirror.
@@ -26,15 +26,15 @@ pub enum Kind {
 const ROOM_MIN: DVec3 = DVec3::new(-2.2, 0.0, -2.0);
 /// Upper corner of the room (m).
 const ROOM_MAX: DVec3 = DVec3::new(2.2, 3.0, 2.0);
-/// Mirror, lower left corner on its plane (m).
+/// Lower left corner of the mirror, on its plane (m).
 const MIRROR_MIN: DVec3 = DVec3::new(-1.3, 0.55, -1.98);
-/// Mirror, upper right corner (m).
+/// Upper right corner of the mirror (m).
 const MIRROR_MAX: DVec3 = DVec3::new(1.3, 1.9, -1.98);
 /// Height of the table's top (m).
 const TABLE_TOP: f64 = 0.5;
 /// Height of the screen (m).
 const SCREEN_TOP: f64 = 1.37;
-/// Eye (m).
+/// Position of the eye (m).
 const EYE: DVec3 = DVec3::new(0.0, 2.65, 1.85);
 /// Centre of the light (m).
 const LIGHT_CENTRE: DVec3 = DVec3::new(1.75, 2.5, -1.7);
@@ -44,7 +44,7 @@ const LIGHT_HALF_SIDE: f64 = 0.06;
 const LIGHT_RADIANCE: f64 = 1500.0;
 /// Radius of the ball (m).
 const BALL_RADIUS: f64 = 0.18;
-/// Gap that keeps faces of things that stand on each other apart (m).
+/// Gap between faces of touching objects (m).
 const GAP: f64 = 0.001;
 
 /// Builds the room.
@@ -62,7 +62,7 @@ pub fn build(kind: Kind) -> Document {
 
 fn add_walls(document: &mut Document) {
     let (centre, half) = (0.5 * (ROOM_MIN + ROOM_MAX), 0.5 * (ROOM_MAX - ROOM_MIN));
-    // Name, albedo, the way the wall faces.
+    // Name, albedo, facing direction
     let walls = [
         ("floor", [0.55, 0.52, 0.50], DVec3::Y),
         ("ceiling", [0.72, 0.72, 0.70], DVec3::NEG_Y),
@@ -86,7 +86,7 @@ fn add_mirror(document: &mut Document, kind: Kind) {
     let (centre, half) = (0.5 * (MIRROR_MIN + MIRROR_MAX), 0.5 * (MIRROR_MAX - MIRROR_MIN));
     document.mesh("mirror", material, &Mesh::default().panel(centre, half.x * DVec3::X, half.y * DVec3::Y));
 
-    // Four flat bars around it, in its own plane: no edge of theirs catches the mirror's light.
+    // Four flat bars around the mirror, in its plane: no edge of theirs reflects its light.
     let frame = document.material("frame", lambert([0.08, 0.06, 0.04]));
     let bar = 0.06;
     let panel = |mesh: Mesh, x: [f64; 2], y: [f64; 2]| {
@@ -104,13 +104,13 @@ fn add_mirror(document: &mut Document, kind: Kind) {
 
 fn add_light(document: &mut Document) {
     let material = document.material("lamp", emitter([1.0, 0.93, 0.82], LIGHT_RADIANCE));
-    // Face the middle of the table, level along z.
+    // Face the centre of the table, level along z.
     let facing = (DVec3::new(0.0, TABLE_TOP, LIGHT_CENTRE.z) - LIGHT_CENTRE).normalize();
     let across = facing.cross(DVec3::Z);
     let panel = Mesh::default().panel(LIGHT_CENTRE, LIGHT_HALF_SIDE * DVec3::Z, LIGHT_HALF_SIDE * across);
     document.mesh("lamp", material, &panel);
 
-    // The shade's far edge just cuts the line from the lamp's far side to the mirror's far corner.
+    // The shade's far edge just touches the line from the lamp's far side to the mirror's far corner.
     let shade = document.material("shade", lambert([0.05, 0.05, 0.05]));
     let length = 0.6;
     let corner = DVec3::new(MIRROR_MIN.x, MIRROR_MIN.y, MIRROR_MIN.z);
@@ -153,7 +153,7 @@ fn add_table(document: &mut Document, kind: Kind) {
     document.mesh("ring", ring, &Mesh::default().ring(base, 0.28, 0.288, 0.085, 256, 4));
 
     let screen = document.material("screen", lambert([0.05, 0.05, 0.06]));
-    // A sheet without an upper edge that would catch the mirror's light.
+    // A single panel: a thick screen would have an upper edge in the mirror's light.
     let (centre, half_height) = (DVec3::new(0.0, 0.5 * (GAP + SCREEN_TOP), -0.45), 0.5 * (SCREEN_TOP - GAP));
     let sheet = Mesh::default().panel(centre, 1.6 * DVec3::X, half_height * DVec3::Y);
     document.mesh("screen", screen, &sheet);

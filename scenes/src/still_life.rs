@@ -1,7 +1,8 @@
 //! `still-life`: coloured glass and brass on a wooden table, in warm and cool light.
 //!
-//! A low screen hides the table from the camera, but for a pane of glass in it. Over the table a mirror leans towards the camera and
-//! shows it from above: the caustics are seen in the mirror and through the pane only, the things that cast them also directly.
+//! A low screen hides the table from the camera, except through a pane of glass. A mirror leans over the table towards the camera
+//! and shows it from above. Caustics are visible in the mirror and through the pane only; their casters are also visible
+//! directly.
 
 use glam::DVec3;
 
@@ -15,15 +16,15 @@ use crate::walls;
 const ROOM_MIN: DVec3 = DVec3::new(-2.4, -0.8, -1.4);
 /// Upper corner of the room (m).
 const ROOM_MAX: DVec3 = DVec3::new(2.4, 2.4, 3.2);
-/// Half the table's width, its rear and its front edge (m).
+/// Half the table's width, and its rear and front edge (m).
 const TABLE: [f64; 3] = [1.0, -0.75, 0.5];
-/// How far the mirror leans over the table (rad).
+/// Angle by which the mirror leans over the table (rad).
 const LEAN: f64 = 0.42;
-/// Screen: its position along z, and its height (m).
+/// Position of the screen along z, and its height (m).
 const SCREEN: [f64; 2] = [0.47, 0.2];
-/// The pane in the screen, from and to along x (m).
+/// Ends of the pane in the screen along x (m).
 const PANE: [f64; 2] = [0.2, 0.62];
-/// Gap between things that touch (m).
+/// Gap between faces of touching objects (m).
 const GAP: f64 = 0.001;
 
 /// Builds the scene and its image, by file name.
@@ -75,7 +76,7 @@ fn add_mirror(document: &mut Document) {
     let centre = DVec3::new(0.0, 0.06, -0.74) + half.y * up;
     let panel = Mesh::default().panel(centre, half.x * DVec3::X, half.y * up);
     document.mesh("mirror", mirror, &panel);
-    // A sheet behind it, a hand wider.
+    // A panel behind the mirror, 3 cm wider on each side.
     let behind = centre - 0.004 * front;
     let sheet = Mesh::default().panel(behind, (half.x + 0.03) * DVec3::X, (half.y + 0.03) * up);
     document.mesh("frame", frame, &sheet);
@@ -118,7 +119,7 @@ fn add_things(document: &mut Document) {
     document.mesh("brass ring", brass, &ring([0.24, -0.24], 0.17, 0.11));
     document.mesh("steel ring", steel, &ring([-0.60, -0.28], 0.11, 0.09));
 
-    // Solid glass, turned: a vase and a drop.
+    // Solids of revolution of glass: a vase and a drop.
     let vase = [
         line([0.0, 0.30], [0.045, 0.30]),
         curve(&[[0.045, 0.30], [0.032, 0.24], [0.050, 0.16], [0.078, 0.09], [0.070, 0.03], [0.050, 0.0]], 5),
@@ -146,7 +147,7 @@ fn add_lights(document: &mut Document) {
     }
 }
 
-/// Planks along the texture's rows, each of its own shade, with a grain.
+/// Texture of planks along the texture's rows, each with its own shade and a grain.
 fn planks(x: f64, y: f64) -> [u8; 4] {
     let row = (9.0 * y) as u32;
     let across = (9.0 * y).fract();
@@ -154,7 +155,7 @@ fn planks(x: f64, y: f64) -> [u8; 4] {
         return [44, 28, 18, 255];
     }
     let shade = 0.75 + 0.25 * noise(row, 3);
-    // Streaks of half a plank's length, each a few texels wide.
+    // Streaks of half a plank's length, a few texels wide.
     let streak = noise((256.0 * y) as u32, 11 + 2 * row + ((2.0 * x + noise(row, 5)) as u32));
     let [red, green, blue] = [0.62, 0.45, 0.31].map(|channel| byte(channel * shade * (0.90 + 0.10 * streak)));
     [red, green, blue, 255]

@@ -1,4 +1,4 @@
-//! Images of textures, drawn by a function of the position and written as PNG.
+//! Texture images, computed by functions of the position and encoded as PNG.
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
@@ -14,7 +14,7 @@ pub fn draw(size: u32, texel: impl Fn(f64, f64) -> [u8; 4]) -> Vec<u8> {
     png
 }
 
-/// A number in [0, 1) for each pair of numbers, without a pattern.
+/// A pseudorandom number in [0, 1) for a pair of numbers.
 pub fn noise(x: u32, y: u32) -> f64 {
     let mut hash = x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA77);
     hash = (hash ^ hash >> 15).wrapping_mul(0x2C1B_3C6D);
@@ -22,12 +22,12 @@ pub fn noise(x: u32, y: u32) -> f64 {
     f64::from(hash ^ hash >> 15) / 4_294_967_296.0
 }
 
-/// A byte for a share; beyond 0 and 1 it is cut.
+/// Quantises a number to a byte; clamps to 0 to 1.
 pub fn byte(share: f64) -> u8 {
     (share * 255.0).round().clamp(0.0, 255.0) as u8
 }
 
-/// A normal map's texel for a surface that rises by these slopes to the right and up the image.
+/// Normal map texel of a surface with these slopes to the right and up the image.
 pub fn normal(rise_right: f64, rise_up: f64) -> [u8; 4] {
     let scale = 127.0 / (1.0 + rise_right * rise_right + rise_up * rise_up).sqrt();
     let part = |value: f64| (128.0 + value * scale).round().clamp(0.0, 255.0) as u8;

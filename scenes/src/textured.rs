@@ -1,7 +1,7 @@
 //! `textured-room`: every kind of texture in one room.
 //!
-//! A lamp of bright panes shines through a sheet of leaves onto a tiled floor; a metal panel, polished in rings, throws
-//! caustics on it; a brick wall is flat but for its normal map; a glass ball stands on the tiles.
+//! A lamp of bright panes shines through a sheet of leaves onto a tiled floor. A metal panel, polished in rings, casts caustics
+//! on it. A flat brick wall has a normal map. A glass ball stands on the tiles.
 
 use glam::DVec3;
 use serde_json::json;
@@ -22,7 +22,7 @@ const LIGHT_HALF_SIDE: f64 = 0.07;
 const LIGHT_RADIANCE: f64 = 800.0;
 /// Radius of the glass ball (m).
 const BALL_RADIUS: f64 = 0.22;
-/// Gap between things that touch (m).
+/// Gap between faces of touching objects (m).
 const GAP: f64 = 0.001;
 
 /// Builds the room and its images, by file name.
@@ -93,7 +93,7 @@ fn add_things(document: &mut Document, rings: Texture, leaves: Texture, panes: T
     let mut polished = metal([0.95, 0.86, 0.66], 1.0);
     polished["pbrMetallicRoughness"]["metallicRoughnessTexture"] = rings.info();
     let polished = document.material("panel", polished);
-    // Leaning on the left wall, turned to the lamp.
+    // The panel leans on the left wall, turned to the lamp.
     let up = DVec3::new(-0.25, 1.0, 0.0).normalize();
     let centre = DVec3::new(-1.6, 0.62, -0.7);
     let panel = Mesh::default().mapped_panel(centre, 0.6 * DVec3::NEG_Z, 0.6 * up, 1.0);
@@ -104,7 +104,7 @@ fn add_things(document: &mut Document, rings: Texture, leaves: Texture, panes: T
     document.mesh("ball", ball, &Mesh::default().sphere(centre, BALL_RADIUS, 96, 48));
 }
 
-/// Four by four tiles of two woods, with joints between.
+/// Texture of four by four tiles of two woods, with joints.
 fn tiles(x: f64, y: f64) -> [u8; 4] {
     let (column, row) = ((4.0 * x) as u32, (4.0 * y) as u32);
     let (along_x, along_y) = ((4.0 * x).fract(), (4.0 * y).fract());
@@ -113,19 +113,19 @@ fn tiles(x: f64, y: f64) -> [u8; 4] {
         return [70, 66, 60, 255];
     }
     let base = if (column + row).is_multiple_of(2) { [0.82, 0.74, 0.62] } else { [0.50, 0.36, 0.26] };
-    // Planks of eight to a tile, each of its own shade.
+    // Eight planks a tile, each with its own shade.
     let plank = if (column + row).is_multiple_of(2) { along_x } else { along_y };
     let shade = 0.86 + 0.14 * noise(8 * (4 * row + column) + (8.0 * plank) as u32, 7);
     let [red, green, blue] = base.map(|channel| byte(channel * shade));
     [red, green, blue, 255]
 }
 
-/// Bricks of eight rows in a bond, with rounded edges.
+/// Normal map of bricks: eight rows in a bond, with rounded edges.
 fn bricks(x: f64, y: f64) -> [u8; 4] {
     let row = (8.0 * y) as u32;
     let shifted = 4.0 * x + if row.is_multiple_of(2) { 0.5 } else { 0.0 };
     let (along_x, along_y) = (shifted.fract(), (8.0 * y).fract());
-    // Slope towards an edge that is this near, in brick lengths.
+    // Slope at this distance from an edge, in brick lengths.
     let slope =
         |distance: f64, width: f64| if distance < width { 1.2 * (1.0 - distance / width) } else { 0.0 };
     let right = slope(along_x, 0.08) - slope(1.0 - along_x, 0.08);
@@ -134,14 +134,14 @@ fn bricks(x: f64, y: f64) -> [u8; 4] {
     normal(right + rough(1), -down + rough(2))
 }
 
-/// Metal, polished to a mirror in rings and matt between.
+/// Metal texture, polished to a mirror in rings and matt between.
 fn rings(x: f64, y: f64) -> [u8; 4] {
     let distance = (x - 0.5).hypot(y - 0.5);
     let wave = 0.5 + 0.5 * (distance * 40.0).cos();
     [0, byte(0.02 + 0.43 * (1.0 - wave) * (1.0 - wave)), 255, 255]
 }
 
-/// Leaves on nothing: an ellipse in each of seven by seven cells, turned and shifted at random.
+/// Texture of leaves on a transparent ground: an ellipse in each of seven by seven cells, turned and shifted at random.
 fn leaves(x: f64, y: f64) -> [u8; 4] {
     let cells = 7;
     let (column, row) = ((x * 7.0) as i32, (y * 7.0) as i32);
@@ -169,7 +169,7 @@ fn leaves(x: f64, y: f64) -> [u8; 4] {
     [60, 90, 30, 0]
 }
 
-/// Four by four panes of different warmth behind dark bars.
+/// Texture of four by four panes of different warmth behind dark bars.
 fn panes(x: f64, y: f64) -> [u8; 4] {
     let (along_x, along_y) = ((4.0 * x).fract(), (4.0 * y).fract());
     let edge = along_x.min(1.0 - along_x).min(along_y).min(1.0 - along_y);

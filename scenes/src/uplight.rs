@@ -1,4 +1,4 @@
-//! A lamp close below a ceiling, which it lights in a small bright spot, and a glass ball that gathers the spot's light.
+//! `uplight`: a lamp close below a ceiling lights a small bright spot, and a glass ball focuses the spot's light.
 
 use glam::DVec3;
 
@@ -30,7 +30,7 @@ pub fn build() -> Document {
     let centre = DVec3::new(0.0, 0.5, 0.0);
     document.mesh("ball", clear, &Mesh::default().sphere(centre, BALL_RADIUS, 96, 48));
 
-    // It faces up: nothing but the ceiling sees it.
+    // The lamp faces up: only the ceiling receives its direct light.
     let position = DVec3::new(0.4, CEILING - GAP, 0.0);
     document.mesh(
         "lamp",

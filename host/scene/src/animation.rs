@@ -1,49 +1,50 @@
-//! Animations: what keys say of a time, and where nodes stand then. All in f64.
+//! Animations: values of keys at a time, and the node transforms that follow from them. All in f64.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 
-/// Parts of the animations' time, at whose ends one looks where meshes are.
+/// Number of equal parts of the animations' duration, at whose ends [`NodeTree::looks`] samples the poses.
 const LOOKS: u32 = 8;
 
-/// Which part of a node's transform keys set.
+/// Property of a node that a channel sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Path {
-    /// Its translation (m).
+    /// Translation (m).
     Translation,
-    /// Its rotation, a quaternion.
+    /// Rotation, a quaternion.
     Rotation,
-    /// Its scale.
+    /// Scale.
     Scale,
-    /// Weights of morph targets of its mesh, four a channel.
+    /// Weights of its mesh's morph targets, four in each channel.
     Weights,
 }
 
-/// How values between keys come about.
+/// Interpolation between two keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The key before holds.
+    /// Holds the earlier key's value.
     Step,
-    /// On a line; rotations on the shorter arc.
+    /// Linear; rotations take the shorter arc.
     Linear,
-    /// Hermite splines; rotations are normalised after.
+    /// Cubic Hermite spline; rotations are normalised afterwards.
     Cubic,
 }
 
-/// The keys of one part of one node.
+/// The keys of one property of one node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// What it sets.
+    /// The property that the channel sets.
     pub path: Path,
-    /// How.
+    /// Interpolation between its keys.
     pub interpolation: Interpolation,
-    /// Times of the keys (s), at least one, ascending.
+    /// Times of the keys (s), ascending, at least one.
     pub times: Vec<f64>,
-    /// A value a key; of a spline three: the tangent before [1/s], the value, the tangent after [1/s].
+    /// One value a key. A spline has three: the tangent before [1/s], the value, and the tangent after [1/s].
     pub values: Vec<DVec4>,
 }
 
 impl Channel {
-    /// The value at a time (s); before the first key and after the last the nearest one's. A rotation is of unit length.
+    /// Returns the value at a time (s). Before the first key and after the last, that key's value holds. Rotations have unit
+    /// length.
     pub fn at(&self, time: f64) -> DVec4 {
         let last = self.times.len() - 1;
         let key = self.times.partition_point(|&key| key <= time).saturating_sub(1);
@@ -71,7 +72,7 @@ impl Channel {
         if self.interpolation == Interpolation::Cubic { self.values[3 * key + 1] } else { self.values[key] }
     }
 
-    /// A rotation normalised; a spline that passes through zero keeps its key's.
+    /// Normalises a rotation. A spline that passes through zero keeps the value of its key.
     fn unit(&self, value: DVec4, key: usize) -> DVec4 {
         if self.path != Path::Rotation {
             return value;
@@ -98,11 +99,11 @@ pub struct Local {
     pub rotation: DQuat,
     /// Scale.
     pub scale: DVec3,
-    /// In place of rotation and scale, which are as near to it as they come, of a node that no animation moves.
+    /// Matrix in place of rotation and scale, for a node that no animation moves. Rotation and scale then approximate it.
     pub matrix: Option<DMat3>,
-    /// What sets parts of it.
+    /// Channels of the file's animations.
     pub channels: Vec<Channel>,
-    /// What a person sets instead.
+    /// Channels of the user's edits; they override the animations.
     pub edits: Vec<Channel>,
 }
 
@@ -120,7 +121,7 @@ impl Default for Local {
 }
 
 impl Local {
-    /// The transform at a time (s); none if it is not finite or has no rotation.
+    /// Returns the transform at a time (s); `None` if it is not finite or its rotation has no length.
     pub fn at(&self, time: f64) -> Option<DAffine3> {
         let (mut translation, mut rotation, mut scale) = (self.translation, self.rotation, self.scale);
         for channel in self.channels.iter().chain(&self.edits) {
@@ -147,26 +148,26 @@ impl Local {
 /// A node of the rig.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Node {
-    /// How messages call it.
+    /// Name of the node in messages.
     pub label: String,
-    /// Which node of the file it is; none of what the file does not have as one.
+    /// The file's node; `None` for a node that the file does not have.
     pub of_file: Option<OfFile>,
     /// Index of its parent, which comes before it.
     pub parent: Option<usize>,
-    /// Its own transform.
+    /// Transform relative to the parent.
     pub local: Local,
-    /// Whether it or a node above it has channels, or may be edited.
+    /// Whether the node or an ancestor has channels or may be edited.
     pub moves: bool,
-    /// How its mesh's morph targets are weighted.
+    /// Weights of its mesh's morph targets.
     pub morph: Morph,
 }
 
-/// A node as the file has it.
+/// A node as the file describes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OfFile {
-    /// Its index.
+    /// Index among the file's nodes.
     pub index: usize,
-    /// Its name.
+    /// Name in the file.
     pub name: Option<String>,
     /// Whether it has a mesh.
     pub has_mesh: bool,
@@ -179,14 +180,14 @@ pub struct OfFile {
 /// Weights of a node's morph targets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Morph {
-    /// Without channels, one a target.
+    /// Weights without channels, one a target.
     pub weights: Vec<f64>,
-    /// What sets them, four at a time; empty or all.
+    /// Channels that set the weights, four each; empty, or covering all targets.
     pub channels: Vec<Channel>,
 }
 
 impl Morph {
-    /// The weights at a time (s), one a target.
+    /// Returns the weights at a time (s), one a target.
     pub fn at(&self, time: f64) -> Vec<f64> {
         if self.channels.is_empty() {
             return self.weights.clone();
@@ -196,16 +197,16 @@ impl Morph {
     }
 }
 
-/// Where nodes are at a time.
+/// Transforms and weights of all nodes at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Nodes {
-    /// From each node to the world.
+    /// Transform from each node to the world.
     pub to_world: Vec<DAffine3>,
     /// Weights of each node's morph targets.
     pub weights: Vec<Vec<f64>>,
 }
 
-/// The node tree, parents first.
+/// The glTF node tree, parents first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeTree {
     /// Nodes.
@@ -213,14 +214,14 @@ pub struct NodeTree {
 }
 
 impl Node {
-    /// All that its animations and a person's edits set.
+    /// All channels of its animations and of the user's edits.
     fn channels(&self) -> impl Iterator<Item = &Channel> {
         self.local.channels.iter().chain(&self.morph.channels).chain(&self.local.edits)
     }
 }
 
 impl NodeTree {
-    /// Where every node is at a time (s), or the index of the one whose transform is not finite.
+    /// Returns the transforms of all nodes at a time (s), or the index of the first node whose transform is not finite.
     pub fn at(&self, time: f64) -> Result<Nodes, usize> {
         let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.joints.len());
         for (id, joint) in self.joints.iter().enumerate() {
@@ -232,13 +233,13 @@ impl NodeTree {
         Ok(Nodes { to_world, weights })
     }
 
-    /// A node and those above it.
+    /// A node and its ancestors.
     pub fn upwards(&self, joint: usize) -> impl Iterator<Item = &Node> {
         let node = |id: usize| self.joints.get(id);
         std::iter::successors(node(joint), move |child| node(child.parent?))
     }
 
-    /// Where nodes are at some times of the animations; a time at which that is not finite is left out.
+    /// Nodes at `LOOKS + 1` times, evenly over the animations. Times at which a transform is not finite are left out.
     pub fn looks(&self) -> impl Iterator<Item = Nodes> + '_ {
         let last = self.duration();
         let times = (0..=LOOKS).map(move |look| last * f64::from(look) / f64::from(LOOKS));
@@ -256,7 +257,7 @@ impl NodeTree {
 pub fn is_singular(transform: &DAffine3) -> bool {
     let axes = transform.matrix3;
     let size = axes.x_axis.length() * axes.y_axis.length() * axes.z_axis.length();
-    // Written so that what is not finite counts as singular.
+    // The negation makes a transform that is not finite count as singular.
     !(axes.determinant().abs() > 1e-12 * size && transform.inverse().is_finite())
 }
 
@@ -270,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_hold_and_lines_join_and_ends_are_kept() {
+    fn steps_hold_lines_interpolate_and_end_values_hold_outside() {
         let values = [[1.0, 2.0, 3.0, 0.0], [3.0, 2.0, -1.0, 0.0], [7.0, 0.0, 0.0, 0.0]];
         let translation =
             |interpolation| channel(Path::Translation, interpolation, &[1.0, 2.0, 4.0], &values);
@@ -290,7 +291,7 @@ mod tests {
     #[test]
     fn rotations_take_the_shorter_arc() {
         let half = std::f64::consts::FRAC_1_SQRT_2;
-        // A quarter turn about z, its end written once as q and once as -q, and at half length.
+        // A quarter turn about z. Its end is written as q, as -q, and at half length.
         for sign in [1.0, -1.0, 0.5] {
             let end = [0.0, 0.0, sign * half, sign * half];
             let turn =
@@ -306,7 +307,7 @@ mod tests {
 
     #[test]
     fn splines_are_hermite_with_tangents_per_second() {
-        // From 0 to 1 in two seconds, leaving at 3 per second and arriving at -1 per second. In the middle:
+        // From 0 to 1 in two seconds, with a start slope of 3 per second and an end slope of -1 per second. In the middle:
         // (p0 + p1) / 2 + (m0 - m1) / 8 with m = 2 s times the tangents.
         let x = |value: f64| [value, 0.0, 0.0, 0.0];
         let values = [x(9.0), x(0.0), x(3.0), x(-1.0), x(1.0), x(9.0)];
@@ -316,7 +317,7 @@ mod tests {
             (spline.at(0.0).x, spline.at(1.0).x, spline.at(3.0).x, spline.at(4.0).x),
             (0.0, 0.0, 1.0, 1.0)
         );
-        // The slope at the start, by a small step.
+        // Measure the slope at the start by a small step.
         assert!((spline.at(1.0 + 1e-6).x / 1e-6 - 3.0).abs() < 1e-4);
 
         let zero = [0.0; 4];
@@ -325,7 +326,7 @@ mod tests {
             channel(Path::Rotation, Interpolation::Cubic, &[0.0, 1.0], &[zero, from, zero, zero, to, zero]);
         let middle = turn.at(0.5);
         assert!((middle - DVec4::new(0.0, 0.0, 0.5, 0.5).normalize()).length() < 1e-15);
-        // A spline from q to -q passes through zero, where no rotation is: its key's holds.
+        // A spline from q to -q passes through zero, which is no rotation: the key's rotation holds.
         let back = [0.0, 0.0, 0.0, -1.0];
         let turn =
             channel(Path::Rotation, Interpolation::Cubic, &[0.0, 1.0], &[zero, from, zero, zero, back, zero]);

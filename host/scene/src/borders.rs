@@ -5,22 +5,21 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Comparisons of an edge with a point, at most. An edge at which they are used up stays as it is: its mesh may be called open.
+/// Maximum number of comparisons of an edge with a point. Edges beyond it are not cut, so that their mesh may be called open.
 const MAX_COMPARISONS: usize = 1 << 26;
 
-/// The open edges of a mesh, and points that rounding or an edge joins though no triangle has both.
+/// Open edges of a mesh, and pairs of points that coincide by rounding or are joined along a cut edge.
 #[derive(Debug, Default)]
 pub struct Borders {
-    /// Directed edges that are left without a partner.
+    /// Directed edges without a partner in the opposite direction.
     pub open: Vec<[u32; 2]>,
-    /// Pairs of points.
+    /// Pairs of joined points.
     pub joins: Vec<[u32; 2]>,
 }
 
 impl Borders {
-    /// The borders of triangles, whose corners are indices of points (m). Points of borders are one where they are less than
-    /// `tolerance` (m) apart, and a long edge is covered by the short ones along it (T-junctions), as far as points lie on it by
-    /// `tolerance`.
+    /// Finds the borders of triangles whose corners are indices of points (m). Points of borders coincide where they are less
+    /// than `tolerance` (m) apart. Short edges cover a long edge (T-junctions) where their points lie within `tolerance` of it.
     pub fn from_triangles(triangles: &[[u32; 3]], points: &[Vec3], tolerance: f64) -> Borders {
         // Pair edges by their ends.
         let mut open: Vec<[u32; 2]> = triangles
@@ -34,13 +33,13 @@ impl Borders {
             return Borders { open, joins };
         }
 
-        // Pair the rest by ends that are one but for rounding.
+        // Pair the rest by ends that coincide but for rounding.
         let near = clusters(&open, points, tolerance);
         joins.extend(near.iter().map(|(&id, &first)| [id, first]).filter(|[id, first]| id != first));
         open = open.iter().map(|edge| edge.map(|id| near[&id])).filter(|[a, b]| a != b).collect();
         unpaired(&mut open);
 
-        // Pair the rest by pieces, cut at every point of the rest.
+        // Cut the rest at every remaining point, and pair the pieces.
         let pieces = cut(&open, points, tolerance);
         if pieces.len() > open.len() {
             open = pieces;
@@ -51,7 +50,7 @@ impl Borders {
     }
 }
 
-/// Leaves the edges that have no partner the other way round.
+/// Keeps the edges without a partner in the opposite direction.
 fn unpaired(edges: &mut Vec<[u32; 2]>) {
     edges.par_sort_unstable_by_key(|&[a, b]| (a.min(b), a.max(b)));
     let same = |x: &[u32; 2], y: &[u32; 2]| x == y || *x == [y[1], y[0]];
@@ -67,7 +66,7 @@ fn unpaired(edges: &mut Vec<[u32; 2]>) {
         .collect();
 }
 
-/// The first point of each cluster of points of these edges that are less than `tolerance` (m) apart, by point.
+/// Maps each point of these edges to the first point of its cluster: points less than `tolerance` (m) apart.
 fn clusters(edges: &[[u32; 2]], points: &[Vec3], tolerance: f64) -> HashMap<u32, u32> {
     let cell = |p: DVec3| (p / (4.0 * tolerance)).floor().to_array().map(|x| x as i64);
     let (mut cells, mut near) = (HashMap::new(), HashMap::new());
@@ -87,13 +86,13 @@ fn clusters(edges: &[[u32; 2]], points: &[Vec3], tolerance: f64) -> HashMap<u32,
     near
 }
 
-/// The pieces of these edges between the points of the edges that lie on them by `tolerance` (m).
+/// Cuts these edges at the points of the edges that lie on them within `tolerance` (m).
 fn cut(edges: &[[u32; 2]], points: &[Vec3], tolerance: f64) -> Vec<[u32; 2]> {
     let position = |id: u32| points[id as usize].as_dvec3();
     let mut ids: Vec<u32> = edges.iter().flatten().copied().collect();
     ids.sort_unstable();
     ids.dedup();
-    // Points along each axis: an edge is compared with those beside it along the axis on which they are fewest.
+    // Sort the points along each axis. Each edge is compared with the points beside it, along the axis with the fewest.
     let along: [Vec<(f64, u32)>; 3] = [0, 1, 2].map(|axis| {
         let mut along: Vec<_> = ids.iter().map(|&id| (position(id)[axis], id)).collect();
         along.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));

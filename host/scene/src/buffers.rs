@@ -5,7 +5,7 @@ use bytemuck::cast_slice;
 use super::Scene;
 
 impl Scene {
-    /// The tables by the names that kernels bind them with.
+    /// The tables, each with the name that kernels bind it by.
     pub fn buffers(&self) -> [(&'static str, &[u8]); 17] {
         let textures = &self.textures;
         [

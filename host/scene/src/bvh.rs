@@ -27,7 +27,7 @@ pub mod top;
 /// Levels of nodes that the traversal's stack has room for: each pushes at most three of its four lanes.
 pub const LEVELS: u32 = (BVH_STACK_SIZE / (WIDTH - 1)) as u32;
 
-/// Triangles below a node from which on its lanes are built side by side.
+/// Number of triangles below a node from which its lanes are built in parallel.
 const MANY: usize = 1 << 14;
 
 /// A four-wide BVH and the order that it puts triangles in.
@@ -37,35 +37,35 @@ pub struct Bvh {
     pub nodes: Vec<BvhNode>,
     /// Leaves, in the order of their triangles.
     pub blocks: Vec<TriangleBlock>,
-    /// Where each triangle stood before: new id to old id.
+    /// Old id of each triangle, by its new id.
     pub order: Vec<u32>,
 }
 
-/// What is chosen of a BVH. Boxes and blocks follow from it and from the triangles, so that they always belong to these.
+/// Topology of a BVH. Boxes and blocks are computed from it and the triangles, and so always fit the triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Shape {
-    /// Children of each node, a lane each: a later node, `LEAF | index` of a leaf, or [`NO_CHILD`]. The first node is the root.
+    /// Children of each node, one a lane: a later node, `LEAF | index` of a leaf, or [`NO_CHILD`]. The first node is the root.
     children: Vec<[u32; WIDTH]>,
-    /// Triangles of each leaf.
+    /// Number of triangles in each leaf.
     counts: Vec<u8>,
-    /// Where each triangle stood before: new id to old id.
+    /// Old id of each triangle, by its new id.
     order: Vec<u32>,
 }
 
 /// An empty lane of a [`Shape`].
 const NO_CHILD: u32 = u32::MAX;
 
-/// How BVHs are made.
+/// Options of BVH builds.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BvhOptions {
-    /// How much time they are worth.
+    /// Build quality.
     pub quality: BvhQuality,
-    /// Where those of many triangles are kept, if anywhere.
+    /// Cache on disk for BVHs of many triangles; `None`: no cache.
     pub cache: Option<BvhCache>,
 }
 
-/// The BVH over at least one finite triangle, with at most so many levels of nodes where that many hold the triangles. The
-/// same triangles give the same bits, whatever the number of threads, and whether it is built or was kept.
+/// Builds the BVH over at least one finite triangle, at most `levels` levels deep where `fits` allows it. Equal triangles give
+/// equal bits, for any number of threads, and from the cache too.
 pub fn build(triangles: &[Triangle], levels: u32, options: &BvhOptions) -> Bvh {
     let build = || shape(triangles, levels, options.quality);
     match &options.cache {
@@ -90,7 +90,7 @@ pub fn bounds(triangle: &Triangle) -> Aabb {
     Aabb::from_points(&[triangle.a, triangle.b, triangle.c].map(Vec3A::from))
 }
 
-/// Whether a BVH of so many levels of nodes holds this many triangles.
+/// Whether a BVH of `levels` levels can hold `count` triangles.
 pub fn fits(count: usize, levels: u32) -> bool {
     min_levels(count) <= levels
 }
@@ -102,11 +102,11 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Appends a node for a binary node, at most `levels` levels deep.
+    /// Appends a four-wide node for a binary node, at most `levels` levels deep.
     fn node(&mut self, binary: usize, levels: u32) -> u32 {
         let id = self.reserve();
         let lanes = self.plan.lanes(binary);
-        // Lanes by themselves, each appended in its turn, are what one after another are.
+        // Build large lanes in parallel. Appending them in order gives the same bits as building them one after another.
         let parts: Option<Vec<(u32, Shape)>> = (self.plan.count(binary) >= MANY).then(|| {
             let part = |&child: &usize| {
                 let mut part = Builder { shape: Shape::default(), ..*self };
@@ -125,7 +125,7 @@ impl Builder<'_> {
         id as u32
     }
 
-    /// Appends what stands below a lane; balances it when the planned shape would be too deep.
+    /// Appends the part below a lane. It is balanced if the planned shape would be too deep.
     fn lane(&mut self, binary: usize, levels: u32) -> u32 {
         if self.plan.count(binary) <= WIDTH {
             let first = self.shape.order.len();
@@ -142,7 +142,7 @@ impl Builder<'_> {
         self.balanced(&mut ids)
     }
 
-    /// Appends a BVH of least depth: quarters along the longest axis.
+    /// Appends a BVH of minimum depth: quarters along the longest axis.
     fn balanced(&mut self, ids: &mut [u32]) -> u32 {
         if ids.len() <= WIDTH {
             let first = self.shape.order.len();
@@ -174,13 +174,13 @@ impl Builder<'_> {
 }
 
 impl Shape {
-    /// Appends a leaf of the triangles from an id on.
+    /// Appends a leaf of all triangles from the id `first` on.
     fn block(&mut self, first: usize) -> u32 {
         self.counts.push((self.order.len() - first) as u8);
         LEAF | (self.counts.len() - 1) as u32
     }
 
-    /// Appends another shape; a reference into it becomes one into this.
+    /// Appends another shape, and returns its reference relative to this one.
     fn append(&mut self, reference: u32, mut part: Shape) -> u32 {
         let (node, block) = (self.children.len() as u32, self.counts.len() as u32);
         for child in part.children.iter_mut().flatten().filter(|child| **child != NO_CHILD) {
@@ -192,9 +192,9 @@ impl Shape {
         reference + if reference & LEAF != 0 { block } else { node }
     }
 
-    /// Whether it is a BVH of so many triangles, at most `levels` nodes deep: each triangle in one leaf, each leaf and each node
-    /// but the root the child of one node, children behind their parents. Nothing else is needed for every ray to find what it
-    /// should within the stack of a traversal.
+    /// Whether it is a valid BVH of this number of triangles, at most `levels` nodes deep. Each triangle must be in one leaf.
+    /// Each leaf, and each node but the root, must be the child of one earlier node. This suffices for rays to find all their
+    /// hits within the traversal's stack.
     fn is_sound(&self, triangles: usize, levels: u32) -> bool {
         let Shape { children, counts, order } = self;
         let mut seen = vec![false; triangles];
@@ -206,7 +206,7 @@ impl Shape {
             return false;
         }
         let mut leaf_is_used = vec![false; counts.len()];
-        // Levels of nodes down to each, itself included; 0 where no parent is known.
+        // Depth of each node in levels, itself included; 0 where no parent is known.
         let mut depths = vec![0_u32; children.len()];
         depths[0] = 1;
         for (id, lanes) in children.iter().enumerate() {
@@ -231,7 +231,7 @@ impl Shape {
         leaf_is_used.iter().all(|is_used| *is_used)
     }
 
-    /// The BVH of these triangles. It must be sound.
+    /// Computes the BVH of these triangles. The shape must be sound.
     fn bvh(self, triangles: &[Triangle]) -> Bvh {
         let mut first = 0;
         let empty = self.counts.iter().map(|&count| {
@@ -250,7 +250,7 @@ impl Shape {
         };
         let leaves: Vec<Aabb> = blocks.par_iter().map(of_block).collect();
 
-        // Fit boxes, children first.
+        // Fit the boxes, children first.
         let mut nodes = vec![empty_node(); self.children.len()];
         let mut boxes = vec![Aabb::empty(); nodes.len()];
         for (id, children) in self.children.iter().enumerate().rev() {
@@ -266,7 +266,7 @@ impl Shape {
 }
 
 impl Bvh {
-    /// Boxes of lanes that a ray through the scene is expected to enter, by their surface areas [MacDonald and Booth 1990].
+    /// Expected number of lanes that a ray through the scene enters, by their surface areas [MacDonald and Booth 1990].
     fn expected_boxes(&self) -> f64 {
         let area = |node: &BvhNode, lane: usize| {
             let size = |min: Vec4, max: Vec4| f64::from(max[lane]) - f64::from(min[lane]);
@@ -278,7 +278,7 @@ impl Bvh {
         self.nodes.iter().flat_map(lanes).sum::<f64>() / f64::from(node_bounds(&self.nodes[0]).half_area())
     }
 
-    /// Appends nodes and blocks to those of other BVHs: children refer to where they are then.
+    /// Appends nodes and blocks to those of other BVHs, and shifts the references of children accordingly.
     pub fn append_to(mut self, nodes: &mut Vec<BvhNode>, blocks: &mut Vec<TriangleBlock>) {
         shift(&mut self.nodes, nodes.len() as u32, blocks.len() as u32);
         nodes.append(&mut self.nodes);
@@ -286,7 +286,7 @@ impl Bvh {
     }
 }
 
-/// Makes children refer to where they are behind so many other nodes and blocks.
+/// Shifts the references of children by `node` nodes and `block` blocks.
 fn shift(nodes: &mut [BvhNode], node: u32, block: u32) {
     for BvhNode { children, min_x, .. } in nodes {
         for lane in (0..WIDTH).filter(|&lane| min_x[lane] != f32::MAX) {
@@ -295,7 +295,7 @@ fn shift(nodes: &mut [BvhNode], node: u32, block: u32) {
     }
 }
 
-/// Fits part of a BVH to triangles that have moved: blocks take their corners, and nodes the boxes around them, children first.
+/// Refits part of a BVH to triangles that moved: updates corners in blocks, then boxes of nodes, children first.
 pub fn refit(
     nodes: &mut [BvhNode],
     range: Range<usize>,
@@ -334,7 +334,7 @@ fn node_bounds(node: &BvhNode) -> Aabb {
     })
 }
 
-/// Writes the corners of a block's triangles; unused lanes are points.
+/// Writes the corners of a block's triangles; unused lanes become points.
 fn fill(block: &mut TriangleBlock, triangle: impl Fn(usize) -> Option<Triangle>) {
     let unused = triangle(0).unwrap_or_default().a;
     for lane in 0..WIDTH {
@@ -350,7 +350,7 @@ fn fill(block: &mut TriangleBlock, triangle: impl Fn(usize) -> Option<Triangle>)
 
 /// A node of four empty lanes.
 fn empty_node() -> BvhNode {
-    // A box of no size far away is missed by every ray; an inverted one would be hit by all.
+    // Every ray misses a box of no size far away; it would hit an inverted box.
     let far = Vec4::splat(f32::MAX);
     BvhNode {
         min_x: far,
@@ -364,7 +364,7 @@ fn empty_node() -> BvhNode {
     }
 }
 
-/// Sets a lane to a box that is two units in the last place larger: rounding in a traversal loses no triangle.
+/// Sets a lane to a box that is enlarged by two units in the last place, so that rounding in the traversal loses no triangle.
 fn set_lane(node: &mut BvhNode, lane: usize, bounds: &Aabb, child: u32) {
     let min = Vec3::from(bounds.min).to_array().map(|x| x.next_down().next_down());
     let max = Vec3::from(bounds.max).to_array().map(|x| x.next_up().next_up());

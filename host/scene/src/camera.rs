@@ -1,14 +1,14 @@
-//! Cameras of a scene, and what a frame of a given size sees of them.
+//! Cameras of a scene, and their camera records for images of a given size.
 
 use caustics_kernels::interface::frame::Camera;
 use glam::{DAffine3, DVec3, Vec3};
 
-/// A perspective camera of the scene, recentred.
+/// A perspective camera in the recentred scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneCamera {
-    /// Name of the node, else of the camera.
+    /// Name of the node, or of the camera if the node has none.
     pub name: String,
-    /// Eye (m).
+    /// Eye position (m).
     pub position: Vec3,
     /// Unit direction to the image's right.
     pub right: Vec3,
@@ -18,12 +18,12 @@ pub struct SceneCamera {
     pub forward: Vec3,
     /// Vertical field of view (rad), in (0, pi).
     pub fov_y: f32,
-    /// Width over height that the file suggests.
+    /// Aspect ratio (width over height) that the file suggests.
     pub aspect: Option<f32>,
 }
 
 impl SceneCamera {
-    /// A camera at `position` that looks at `target`, with `up` upwards.
+    /// Creates a camera at `position` that looks at `target`, with `up` upwards.
     pub fn look_at(name: &str, position: Vec3, target: Vec3, up: Vec3, fov_y: f32) -> Self {
         let forward = (target - position).normalize();
         let right = forward.cross(up).normalize();
@@ -31,7 +31,7 @@ impl SceneCamera {
         SceneCamera { name: name.into(), position, right, up, forward, fov_y, aspect: None }
     }
 
-    /// The camera on a node, in a world whose centre is `origin` (m).
+    /// Places the camera on a node, in a world recentred to `origin` (m).
     pub fn placed(&self, to_world: &DAffine3, origin: DVec3) -> Self {
         let forward = -to_world.matrix3.z_axis.normalize();
         let right = forward.cross(to_world.matrix3.y_axis).normalize();
@@ -44,7 +44,7 @@ impl SceneCamera {
         }
     }
 
-    /// The camera of an image of this size (px): the vertical field of view stays, pixels are square.
+    /// Camera record of an image of this size (px). The vertical field of view stays; pixels are square.
     pub fn camera(&self, width: u32, height: u32) -> Camera {
         let tan_y = (0.5 * self.fov_y).tan();
         let tan_x = tan_y * width as f32 / height as f32;
@@ -56,7 +56,7 @@ impl SceneCamera {
         }
     }
 
-    /// Spread of a pixel's ray cone (rad), (ray cones eq. 30).
+    /// Spread of a pixel's ray cone (rad) (ray cones eq. 30).
     pub fn pixel_spread(&self, _width: u32, height: u32) -> f32 {
         (2.0 * (0.5 * self.fov_y).tan() / height as f32).atan()
     }

@@ -1,5 +1,5 @@
-//! Spheres around what casts caustics: a cut of the scene, made once for a threshold of what is specular, whose parts move with
-//! the meshes that they are of.
+//! Spheres around the casters of a scene. A cut of the scene is made once for each threshold of specular roughness; its parts
+//! move with their meshes.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,15 +14,15 @@ use rayon::prelude::*;
 
 use super::{Scene, bvh, geometry};
 
-/// A split must make the surface of the boxes smaller by this share: then there is a gap, or a thing beside another. Halves of
-/// a pane or of a ball have no less.
+/// Minimum gain of a split: the share by which it reduces the surface of the boxes. A gap, or a part beside another, exceeds it.
+/// Halves of a pane or of a ball do not.
 const WORTH: f32 = 0.1;
-/// Slices of a box in which planes are looked for.
+/// Number of bins along an axis in which splits are tried.
 const BINS: usize = 32;
-/// Triangles of a mesh that stands still, in all its instances, beyond which a box an instance must do.
+/// Maximum number of triangles of a resting mesh in all its instances. Above it, each instance is one box.
 const MAX_PIECES: usize = 1 << 20;
 
-/// The cuts that a scene was asked for, by their thresholds.
+/// Cuts of a scene, by the bits of their thresholds.
 #[derive(Debug, Default)]
 pub struct Cuts(Mutex<Vec<(u32, Arc<Cut>)>>);
 
@@ -32,37 +32,37 @@ impl Clone for Cuts {
     }
 }
 
-/// Spheres in the spaces of the instances that they are of.
+/// Spheres, each in the space of its instance (0: the world).
 #[derive(Debug, Default)]
 pub struct Cut(Vec<(usize, Caster)>);
 
-/// What a part holds whole: a triangle, or the box around a mesh that is stored once for many instances.
+/// Smallest unit of a part: a triangle, or the box around a mesh that is stored once for many instances.
 #[derive(Clone, Copy)]
 enum Piece {
     Triangle([Vec3; 3]),
     Box(Aabb),
 }
 
-/// What one sphere holds, of one instance that moves, or of the world.
+/// Content of one sphere, from one moving instance or from the world.
 struct Part {
     instance: usize,
     pieces: Vec<Piece>,
     bounds: Aabb,
-    /// The plane that splits it best, if one is worth it.
+    /// The best plane to split it, if the gain is worth it.
     split: Option<Split>,
 }
 
 #[derive(Clone, Copy)]
 struct Split {
-    /// By how much it makes the surface of the boxes smaller (m^2).
+    /// Reduction of the surface of the boxes (m^2).
     gain: f32,
     axis: usize,
     bin: usize,
 }
 
 impl Scene {
-    /// Spheres around what casts caustics where reflections up to `specular_roughness` are specular, at the pose at hand; those
-    /// of a mesh that is hidden have no radius.
+    /// Returns spheres around the casters at the current pose. Reflections up to `specular_roughness` are specular. Spheres of
+    /// hidden meshes have no radius.
     pub fn casters(&self, specular_roughness: f32) -> Casters {
         let cut = {
             let mut cuts = self.casters.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -83,7 +83,7 @@ impl Scene {
         casters
     }
 
-    /// A sphere of an instance in the world.
+    /// Transforms a sphere of an instance to the world.
     fn posed(&self, instance: usize, sphere: Caster) -> Caster {
         let Some(id) = instance.checked_sub(1) else { return sphere };
         let Some(to_world) = self.instanced.instance_transforms()[id].to_world else {
@@ -100,7 +100,7 @@ impl Cut {
             .map(|id| scene.features_of(id, specular_roughness).has(Features::CASTERS))
             .collect();
         let is_caster = |id: &usize| casts[scene.surfaces[*id].material as usize];
-        // What stands still is one part with the world's triangles.
+        // Put everything that rests into one part with the world's triangles.
         let (mut still, mut parts) = (Vec::new(), Vec::new());
         let mut boxes: HashMap<usize, Option<Aabb>> = HashMap::new();
         let uses = scene.instanced.uses();
@@ -130,7 +130,7 @@ impl Cut {
             }
         }
         parts.extend(Part::new(0, still));
-        // Of more moving meshes than there are spheres, the largest are aimed at.
+        // Keep the largest parts if more meshes move than there are spheres.
         parts.sort_by(|a, b| cost(&b.bounds).total_cmp(&cost(&a.bounds)).then(a.instance.cmp(&b.instance)));
         parts.truncate(MAX_CASTERS);
         while parts.len() < MAX_CASTERS {
@@ -144,13 +144,13 @@ impl Cut {
     }
 }
 
-/// Half of the surface of a box (m^2).
+/// Half of a box's surface (m^2).
 fn cost(bounds: &Aabb) -> f32 {
     let size = bounds.diagonal();
     size.x * size.y + size.y * size.z + size.z * size.x
 }
 
-/// The box around a box that is placed.
+/// The box around a transformed box.
 fn around(bounds: &Aabb, to_world: &Transform) -> Aabb {
     union(Aabb::empty(), Piece::Box(*bounds).points().map(|p| to_world.point(p)))
 }
@@ -185,7 +185,7 @@ fn union(bounds: Aabb, points: impl IntoIterator<Item = Vec3>) -> Aabb {
 }
 
 impl Part {
-    /// None of no pieces.
+    /// Creates a part; `None` without pieces.
     fn new(instance: usize, pieces: Vec<Piece>) -> Option<Part> {
         let bounds = union(Aabb::empty(), pieces.iter().flat_map(Piece::points));
         let mut part = Part { instance, pieces, bounds, split: None };
@@ -194,23 +194,23 @@ impl Part {
         (!part.pieces.is_empty()).then_some(part)
     }
 
-    /// The sphere in the middle of its box.
+    /// The sphere around the centre of its box.
     fn sphere(&self) -> Caster {
         let centre = Vec3::from(self.bounds.center());
         let points = self.pieces.iter().flat_map(Piece::points);
         let square = points.fold(0.0f32, |largest, point| largest.max(point.distance_squared(centre)));
-        // Some ulp of the largest coordinate more, for what rounding takes.
+        // Enlarge by some ulp of the largest coordinate, against rounding.
         let largest = self.bounds.min.abs().max(self.bounds.max.abs()).max_element();
         Caster { centre, radius: square.sqrt() * (1.0 + 1e-6) + 4.0 * f32::EPSILON * largest }
     }
 
-    /// Which bin along an axis the middle of a piece is in.
+    /// Bin of a piece's centre along an axis.
     fn bin(&self, axis: usize, piece: &Piece) -> usize {
         let share = (piece.middle()[axis] - self.bounds.min[axis]) / self.bounds.diagonal()[axis];
         ((share * BINS as f32) as usize).min(BINS - 1)
     }
 
-    /// The best plane between bins of an axis.
+    /// Finds the best plane between bins of an axis.
     fn best(&self, axis: usize) -> Option<Split> {
         let mut bins = [Aabb::empty(); BINS];
         for piece in &self.pieces {
@@ -236,8 +236,8 @@ impl Part {
     }
 }
 
-/// By how much a transform makes lengths longer, at most: the root of the largest sum of a row of its square, which is exact for
-/// axes that stay orthogonal.
+/// Upper bound of the factor by which a transform lengthens vectors: root of the largest row sum of the Gram matrix of its axes.
+/// The bound is exact for axes that stay orthogonal.
 fn stretch(transform: &Transform) -> f32 {
     let axes = [transform.x, transform.y, transform.z];
     let row = |axis: Vec3| axes.iter().map(|other| axis.dot(*other).abs()).sum::<f32>();
@@ -253,9 +253,9 @@ mod tests {
         Scene::load(&resolve(name).unwrap()).unwrap()
     }
 
-    /// Every corner of what casts lies in a sphere, at every pose, and there is not one sphere round everything.
+    /// Every corner of a caster lies in a sphere, at every pose, and no single sphere covers everything.
     #[test]
-    fn spheres_hold_what_casts_wherever_it_moves() {
+    fn caster_spheres_hold_every_caster_at_every_pose() {
         for name in ["ring", "mirror-room", "textured-room", "moving-receiver", "moving-caster"] {
             let mut scene = committed(name);
             for time in [0.0, 0.7] {
@@ -282,14 +282,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_specular_decides_what_casts() {
+    fn specular_roughness_decides_the_caster_spheres() {
         let scene = committed("glossy-room");
         assert_ne!(scene.casters(0.05), scene.casters(0.6));
         assert_eq!(scene.casters(0.25), scene.clone().casters(0.25));
     }
 
     #[test]
-    fn lengths_are_never_longer_than_the_stretch() {
+    fn transforms_never_lengthen_vectors_beyond_the_stretch() {
         let turned = Transform {
             x: Vec3::new(0.0, 2.0, 0.0),
             y: Vec3::new(-3.0, 0.0, 0.0),

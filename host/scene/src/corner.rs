@@ -1,22 +1,22 @@
-//! A triangle's corner in f64, as it is brought into the world.
+//! A triangle's corner in f64, before and after its transform to the world.
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 
 /// A triangle's corner in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Corner {
-    /// Position (m), not yet recentred.
+    /// Position (m), not recentred.
     pub position: DVec3,
-    /// Unit normal; none where the face's is meant.
+    /// Unit normal; `None`: the face normal.
     pub normal: Option<Vec3>,
-    /// Coordinates on the material's textures; zero without any.
+    /// Texture coordinates of the material; zero without textures.
     pub uv: Vec2,
-    /// Unit tangent and the bitangent's sign, where the file has them and a normal map needs them.
+    /// Unit tangent and sign of the bitangent, if the file has them and a normal map needs them.
     pub tangent: Option<Vec4>,
 }
 
 impl Corner {
-    /// Where a transform brings it, whose normals turn by `turn`.
+    /// Transforms the corner to the world; `turn` transforms normals.
     pub fn placed(&self, to_world: &DAffine3, turn: &DMat3) -> Corner {
         Corner {
             position: to_world.transform_point3(self.position),
@@ -26,7 +26,7 @@ impl Corner {
         }
     }
 
-    /// The corner half way to another, the same from either end.
+    /// Midpoint of two corners; the order does not matter.
     pub fn middle(&self, other: &Corner) -> Corner {
         let unit = |a: Vec3, b: Vec3| (a + b).try_normalize();
         Corner {
@@ -41,7 +41,7 @@ impl Corner {
     }
 }
 
-/// A tangent in the world; none if it has no direction. A mirrored mesh turns the bitangent's sign.
+/// Transforms a tangent to the world; `None` if it has no direction. A mirrored mesh flips the bitangent's sign.
 pub fn placed(to_world: &DAffine3, [x, y, z, sign]: [f32; 4]) -> Option<Vec4> {
     let along = (to_world.matrix3 * DVec3::new(x.into(), y.into(), z.into())).try_normalize()?.as_vec3();
     let is_mirrored = to_world.matrix3.determinant() < 0.0;
@@ -49,7 +49,7 @@ pub fn placed(to_world: &DAffine3, [x, y, z, sign]: [f32; 4]) -> Option<Vec4> {
     Some(along.extend(sign))
 }
 
-/// A normal in the world; none if the file's has no length.
+/// Transforms a normal to the world; `None` if the file's normal has no length.
 pub fn turned(turn: &DMat3, normal: [f32; 3]) -> Result<Option<Vec3>, &'static str> {
     let normal = Vec3::from(normal).as_dvec3();
     if !normal.is_finite() {

@@ -1,5 +1,5 @@
-//! Light for a scene that has none: a small bright light from the front left and above, which makes the caustics, and a soft sky, so
-//! that nothing is black and mirrors and glass have something to show.
+//! Default light of a scene without lights. A small bright light from the front left and above makes the caustics. A soft sky
+//! leaves nothing black, and gives mirrors and glass something to show.
 
 use caustics_kernels::interface::NONE;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -9,35 +9,34 @@ use super::motion::OnNode;
 use super::viewpoint::Orbit;
 use super::{EnvironmentMap, LightShape, PunctualLight, Scene, SceneError};
 
-/// The light's distance from the middle of the scene, in radii of its bounds.
+/// Distance of the light from the centre of the scene, in radii of its bounds.
 const DISTANCE: f64 = 4.0;
-/// Angles of its cone (rad): the bounds are in its bright part (asin(1 / 4) = 0.253), a floor around them fades out.
+/// Angles of the light's cone (rad): bright up to the first (asin(1 / 4) = 0.253 covers the bounds), zero from the second on.
 const CONE: [f64; 2] = [0.27, 0.55];
-/// What its light brings to a plane across, in the middle of the scene (W m^-2): a white thing has a radiance of about one.
+/// Irradiance at the centre of the scene, on a plane across the light (W m^-2): a white surface has a radiance of about one.
 const IRRADIANCE: f32 = 3.0;
-/// Direction to it.
+/// Direction from the centre of the scene to the light.
 const TO_LIGHT: Orbit = Orbit { azimuth: -35.0, elevation: 50.0, distance: None };
-/// Radiance of the sky from above to below, in steps of even angle (W m^-2 sr^-1).
+/// Radiance of the sky from top to bottom, in equal steps of angle (W m^-2 sr^-1).
 const SKY: [f32; 4] = [0.5, 0.4, 0.25, 0.15];
 
 impl Scene {
-    /// Whether there is no light at any time.
+    /// Whether the scene has no light at any time.
     pub fn is_dark(&self) -> bool {
         self.lights.is_empty() && !self.lights_up()
     }
 
-    /// Whether its materials are all that shines, at any time.
+    /// Whether all lights are emissive materials, at any time.
     pub fn only_glows(&self) -> bool {
         let has_lights = self.motion.as_ref().is_some_and(|motion| !motion.lights.is_empty());
         !has_lights && self.lights.iter().all(|light| light.triangle != NONE)
     }
 
-    /// Lights a scene by a light beside those it has, in proportion to [`Scene::bounds`], and a soft sky where it has none. What they
-    /// are, in words.
+    /// Adds a light in proportion to [`Scene::bounds`], and a soft sky if the scene has none. Returns their description in words.
     ///
     /// # Errors
     ///
-    /// If a moving scene cannot be shown at time 0, where it then stands.
+    /// If a moving scene cannot be posed at time 0, which it is set to.
     pub fn add_default_light(&mut self) -> Result<String, SceneError> {
         let [lower, upper] = self.bounds.map(|corner| corner.as_dvec3());
         let (centre, size) = (self.origin + 0.5 * (lower + upper), lower.distance(upper));
@@ -79,7 +78,7 @@ mod tests {
     use crate::resolve;
     use caustics_kernels::interface::features::Features;
 
-    /// `ring` without its light.
+    /// Loads the scene without its lights.
     fn dark(name: &str) -> Scene {
         let mut scene = Scene::load(&resolve(name).unwrap()).unwrap();
         for material in &mut scene.materials {
@@ -91,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn the_key_holds_the_bounds_whatever_their_size() {
+    fn default_light_covers_bounds_of_any_size() {
         let scene = dark("ring");
         assert!(scene.is_dark());
         for scale in [1e-3_f32, 1.0, 1e6] {
@@ -102,7 +101,7 @@ mod tests {
             let centre = 0.5 * (scene.bounds[0] + scene.bounds[1]);
             let radius = 0.5 * scene.bounds[0].distance(scene.bounds[1]);
             let along = (centre - key.position).length();
-            // The ball around the bounds is in the cone's bright part, with the irradiance that is promised.
+            // The sphere around the bounds lies in the cone's bright part, and the centre gets the stated irradiance.
             assert!(f64::from(radius / along).asin() < CONE[0], "{radius} {along}");
             assert!((key.emission.x / (along * along) / IRRADIANCE - 1.0).abs() < 1e-4);
             assert!((centre - key.position).normalize().dot(key.direction) > 1.0 - 1e-5);
@@ -110,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn every_side_is_lit() {
+    fn default_light_and_sky_light_every_side() {
         let mut scene = dark("ring");
         scene.add_default_light().unwrap();
         assert!(!scene.is_dark() && scene.lights.len() == 2);
@@ -119,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn light_that_is_there_stays() {
+    fn default_light_keeps_the_lights_of_the_scene() {
         for name in ["ring", "moving-caster", "still-life"] {
             let mut scene = Scene::load(&resolve(name).unwrap()).unwrap();
             let before = scene.clone();
@@ -138,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn it_stays_where_it_is_while_things_move() {
+    fn default_light_stays_in_place_while_nodes_move() {
         let mut scene = dark("moving-caster");
         scene.add_default_light().unwrap();
         let before = scene.lights.clone();

@@ -1,4 +1,4 @@
-//! Meshes whose corners move against each other: skins and morph targets [glTF 2.0, section 3.7].
+//! Meshes whose corners move relative to each other: skins and morph targets [glTF 2.0, section 3.7].
 
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -6,53 +6,53 @@ use rayon::prelude::*;
 use super::animation::Nodes;
 use super::corner::Corner;
 
-/// Joints that pull a vertex at most: two sets of four.
+/// Maximum number of joints that move a vertex: two sets of four.
 pub const MAX_PULLS: usize = 8;
 
-/// A skin and morph targets, which deform a mesh.
+/// A skin and morph targets of a deforming mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Deformation {
-    /// Its node, which says how the targets are weighted.
+    /// Node of the mesh, which gives the weights of the targets.
     pub node: usize,
     /// Vertices at rest, in the node's space.
     pub rest: Vec<Corner>,
-    /// Targets: what each adds to every vertex.
+    /// Morph targets: an offset for every vertex.
     pub targets: Vec<Vec<Delta>>,
-    /// Nodes that pull, each with the way from the mesh to where it was bound; empty without a skin, which leads to the world.
+    /// Joints of the skin: node, and inverse bind matrix. With a skin, vertices are in the world. Empty without a skin.
     pub joints: Vec<(usize, DAffine3)>,
-    /// Which of them pull each vertex; empty without a skin.
+    /// Joints and weights of each vertex; empty without a skin.
     pub pulls: Vec<Pull>,
-    /// Vertices of the triangles, in the order of the mesh's rows.
+    /// Vertices of the triangles, in the order of the mesh's records.
     pub faces: Vec<[u32; 3]>,
 }
 
-/// What a morph target of weight 1 adds to a vertex.
+/// Offset of a vertex by a morph target of weight 1.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Delta {
-    /// To its position (m).
+    /// Offset of the position (m).
     pub position: Vec3,
-    /// To its normal.
+    /// Offset of the normal.
     pub normal: Vec3,
-    /// To its tangent.
+    /// Offset of the tangent.
     pub tangent: Vec3,
 }
 
-/// Joints that pull a vertex, and how much each.
+/// Joints that move a vertex, and their weights.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pull {
     /// Indices into the joints.
     pub joints: [u16; MAX_PULLS],
-    /// Weights, of any sum; where all are zero the first joint pulls.
+    /// Weights, of any sum. Where all are zero the first joint moves the vertex.
     pub weights: [f32; MAX_PULLS],
 }
 
 impl Deformation {
-    /// Whether it has a skin: then its vertices are in the world, wherever its node is.
+    /// Whether it has a skin, whose vertices are in the world, independent of the mesh's node.
     pub fn is_skinned(&self) -> bool {
         !self.joints.is_empty()
     }
 
-    /// Its vertices where nodes are like this: in the world with a skin, else in the space of its node.
+    /// Deforms the vertices for a pose of the nodes. The result is in the world with a skin, else in the space of the mesh's node.
     pub fn deform(&self, nodes: &Nodes) -> Vec<Corner> {
         let joint = |(node, bound): &(usize, DAffine3)| nodes.to_world[*node] * *bound;
         let joints: Vec<DAffine3> = self.joints.iter().map(joint).collect();
@@ -64,7 +64,7 @@ impl Deformation {
         (0..self.rest.len()).into_par_iter().map(deform).collect()
     }
 
-    /// Corners of its triangles, with these vertices.
+    /// Corners of the triangles with these vertices.
     pub fn corners<'a>(&'a self, vertices: &'a [Corner]) -> impl Iterator<Item = [Corner; 3]> + 'a {
         self.faces.iter().map(|face| face.map(|id| vertices[id as usize]))
     }
@@ -91,7 +91,7 @@ impl Deformation {
 }
 
 impl Pull {
-    /// A vertex where the joints bring it: linear blend skinning.
+    /// Moves a vertex with its joints: linear blend skinning.
     fn pulled(&self, vertex: &Corner, joints: &[DAffine3]) -> Corner {
         let sum: f64 = self.weights.iter().map(|&weight| f64::from(weight)).sum();
         let mut blended = joints[self.joints[0] as usize];

@@ -1,6 +1,6 @@
-//! What a person changes of a scene: the camera, and where nodes stand; kept in a small TOML file.
+//! User edits of a scene: the camera and transforms of nodes, stored in a small TOML file.
 //!
-//! An edit is a channel of keys that comes after those of the file's animations; one that stands still has a single key.
+//! An edit is a channel of keys that overrides the file's animations; an edit without keyframes has a single key.
 
 use std::collections::BTreeSet;
 use std::io::{Error, ErrorKind};
@@ -21,49 +21,49 @@ mod check;
 #[cfg(test)]
 mod tests;
 
-/// Largest file that is read (bytes): hours of a drag at 60 keys a second.
+/// Maximum size of a file (bytes): hours of a drag at 60 keys a second.
 const MAX_BYTES: u64 = 1 << 26;
 
-/// What a person changes of a scene.
+/// User edits of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Edits {
-    /// The camera; none: whichever is asked for.
+    /// The camera; `None`: the requested camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<CameraEdit>,
-    /// Where nodes stand.
+    /// Transforms of nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nodes: Vec<NodeEdit>,
-    /// How camera and nodes move, with ascending times. Of what keys set, they alone count: linear between two, rotations on the
-    /// shorter arc; before the first and after the last as there.
+    /// Keyframes of camera and nodes, at ascending times. Keys override the values above. Interpolation is linear, for rotations
+    /// on the shorter arc. Before the first key and after the last, that key holds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keys: Vec<Keyframe>,
 }
 
-/// A camera that is placed, in the file's coordinates (m).
+/// A placed camera, in the file's coordinates (m).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraEdit {
-    /// The eye (m).
+    /// Eye position (m).
     #[serde(deserialize_with = "exact::array")]
     pub from: [f64; 3],
-    /// What it looks at (m).
+    /// Point that the camera looks at (m).
     #[serde(deserialize_with = "exact::array")]
     pub look_at: [f64; 3],
     /// Vertical field of view (degrees).
     pub fov: f64,
 }
 
-/// Parts of a node's own transform, each in place of the file's and of its animations.
+/// Parts of a node's local transform. Each overrides the file's and its animations.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NodeEdit {
-    /// Its index among the file's nodes.
+    /// Index among the file's nodes.
     pub node: usize,
-    /// Its name; if it has another, the edits are of another file.
+    /// Name of the node. If the file's node has another name, the edits are of another file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Translation in its parent's space (m).
+    /// Translation in the parent's space (m).
     #[serde(default, deserialize_with = "exact::optional", skip_serializing_if = "Option::is_none")]
     pub translation: Option<[f64; 3]>,
     /// Rotation, a quaternion x, y, z, w of any length above 1e-6.
@@ -74,11 +74,11 @@ pub struct NodeEdit {
     pub scale: Option<[f64; 3]>,
 }
 
-/// What is set at a time.
+/// Values that are set at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Keyframe {
-    /// When (s), on the clock of the file's animations.
+    /// Time (s), on the clock of the file's animations.
     pub time: f64,
     /// The camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -88,34 +88,34 @@ pub struct Keyframe {
     pub nodes: Vec<NodeEdit>,
 }
 
-/// Why edits are none.
+/// Error of edits that cannot be read, written or used.
 #[derive(Debug, thiserror::Error)]
 pub enum EditsError {
     /// The text is no TOML of edits.
     #[error("{0}")]
     Read(#[from] toml::de::Error),
-    /// They cannot be written as TOML.
+    /// The edits cannot be written as TOML.
     #[error("{0}")]
     Write(#[from] toml::ser::Error),
-    /// It takes more memory than there is.
+    /// The edits take more memory than is available.
     #[error("it would take {0}; edit fewer nodes, at fewer times")]
     Memory(#[from] Short),
-    /// A value cannot be used.
+    /// A value is out of range.
     #[error("{path} {what}")]
     Value {
-        /// Where it stands.
+        /// Path of the value.
         path: String,
-        /// What is wrong.
+        /// Description of the error.
         what: &'static str,
     },
 }
 
 impl Edits {
-    /// Edits of the text of a file.
+    /// Parses the text of a file.
     ///
     /// # Errors
     ///
-    /// If it is no TOML of edits, has values that cannot be used, or would not fit into memory.
+    /// If it is no TOML of edits, has values out of range, or would not fit into memory.
     pub fn parse(text: &str) -> Result<Edits, EditsError> {
         memory::check(memory::toml_parse_bytes(text))?;
         let edits: Edits = toml::from_str(text)?;
@@ -127,7 +127,7 @@ impl Edits {
     ///
     /// # Errors
     ///
-    /// If it cannot be read, or holds no edits; the error names it.
+    /// If the file cannot be read or holds no edits. The error names the file.
     pub fn load(path: &Path) -> Result<Edits, SceneError> {
         let file = path.display().to_string();
         let bytes = read_head(path, MAX_BYTES + 1).and_then(|bytes| match bytes.len() as u64 {
@@ -143,17 +143,17 @@ impl Edits {
         }
     }
 
-    /// The text of a file that [`Edits::parse`] makes the same of, to the bit.
+    /// Writes the text of a file. [`Edits::parse`] reads equal edits from it, to the bit.
     ///
     /// # Errors
     ///
-    /// If a value cannot be used.
+    /// If a value is out of range.
     pub fn to_toml(&self) -> Result<String, EditsError> {
         self.check()?;
         self.clone().into_toml().collect()
     }
 
-    /// The same text in parts, a key each, so that never all of it is in memory. Values are not checked.
+    /// Writes the text in parts, one keyframe each, so that it is never in memory as a whole. Values are not checked.
     pub fn into_toml(self) -> impl Iterator<Item = Result<String, EditsError>> {
         let Edits { camera, nodes, keys } = self;
         let head = Edits { camera, nodes, keys: Vec::new() };
@@ -163,26 +163,26 @@ impl Edits {
         parts.filter(|part| *part != Edits::default()).map(text)
     }
 
-    /// Indices of the file's nodes that they place: those that a scene must be loaded with as
+    /// Indices of the file's nodes that the edits set. A scene must be loaded with them as
     /// [`LoadOptions::grabbed`](super::LoadOptions::grabbed).
     pub fn grabbed(&self) -> BTreeSet<usize> {
         let keyed = self.keys.iter().flat_map(|key| &key.nodes);
         self.nodes.iter().chain(keyed).map(|edit| edit.node).collect()
     }
 
-    /// Whether they say where the camera is.
+    /// Whether the edits set the camera.
     pub fn has_camera(&self) -> bool {
         self.camera.is_some() || self.keys.iter().any(|key| key.camera.is_some())
     }
 
-    /// A hash of all of them.
+    /// Hash of all edits.
     pub fn fingerprint(&self) -> String {
         digest(&format!("{self:?}"))
     }
 }
 
 impl CameraEdit {
-    /// As [`Scene::place_camera`](super::Scene::place_camera) takes it.
+    /// Converts it for [`Scene::place_camera`](super::Scene::place_camera).
     pub fn viewpoint(&self) -> Viewpoint {
         let viewpoint::Whole { from, look_at, field } = self.whole();
         Viewpoint { eye: Some(Eye::At(from)), look_at: Some(look_at), field: Some(field) }

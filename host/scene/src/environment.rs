@@ -1,4 +1,4 @@
-//! Light from all around: its image, and the tables by which kernels look it up and sample directions.
+//! Environment light: its image, and the tables for radiance lookup and direction sampling.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,13 +16,13 @@ use super::{Radiance, Scene, SceneError};
 
 mod environment_image;
 
-/// Every direction is sampled with at least this share of the probability that an even sky would give it, so that none is missed that
-/// the map's texels are too wide for.
+/// Minimum probability density of every direction, as a share of the uniform density. The map's texels are too wide for some
+/// details, and none must be missed.
 const MIN_SHARE: f64 = 1.0 / 64.0;
 /// Largest factor on an image's radiance.
 const MAX_SCALE: f32 = 1e15;
 
-/// An environment that a scene can be put into; its image is shared by what is cloned of it.
+/// An environment for a scene; clones share its image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap {
     image: Arc<EnvironmentImage>,
@@ -31,26 +31,26 @@ pub struct EnvironmentMap {
 }
 
 impl EnvironmentMap {
-    /// The same with its radiance times `scale`, turned by `rotation` around +y, from +z towards +x (degrees).
+    /// Scales its radiance by `scale`, and sets its rotation around +y, from +z towards +x (degrees).
     pub fn placed(self, scale: f32, rotation: f32) -> EnvironmentMap {
         EnvironmentMap { scale, rotation, ..self }
     }
 
-    /// The same radiance from everywhere (W m^-2 sr^-1).
+    /// An environment of constant radiance (W m^-2 sr^-1).
     pub fn constant(radiance: Vec3) -> EnvironmentMap {
         EnvironmentMap::from_image(EnvironmentImage::new(1, 1, vec![radiance]))
     }
 
-    /// The same from a file's bytes; an error says what is wrong with them.
+    /// Decodes the bytes of a file; an error describes the fault.
     pub fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
         EnvironmentImage::decode(bytes).map(EnvironmentMap::from_image)
     }
 
-    /// What a text names: one radiance as `R,G,B`, or the file of an image.
+    /// Reads an environment from a text: a radiance `R,G,B`, or the path of an image.
     ///
     /// # Errors
     ///
-    /// As [`EnvironmentMap::read`]; three numbers must be from 0 to 1e30.
+    /// Errors of [`EnvironmentMap::read`], or numbers outside of 0 to 1e30.
     pub fn named(text: &str) -> Result<EnvironmentMap, SceneError> {
         match EnvironmentMap::file(text) {
             Some(path) => EnvironmentMap::read(path),
@@ -64,25 +64,26 @@ impl EnvironmentMap {
         }
     }
 
-    /// The file that such a text names, if it is none of numbers.
+    /// Path that such a text names; `None` if the text is a radiance.
     pub fn file(text: &str) -> Option<&Path> {
         (!Radiance::is_meant(text)).then_some(Path::new(text))
     }
 
-    /// A latitude-longitude image by its radiances, row by row from the top; see [`EnvironmentMap::read`].
+    /// Creates an environment from the radiances of a latitude-longitude image, row by row from the top; see
+    /// [`EnvironmentMap::read`].
     ///
     /// # Panics
     ///
-    /// If there are not `width` times `height`, or none.
+    /// If there are not exactly `width` times `height` radiances, or none.
     pub fn new(width: u32, height: u32, texels: Vec<Vec3>) -> EnvironmentMap {
         EnvironmentMap::from_image(EnvironmentImage::new(width, height, texels))
     }
 
-    /// A latitude-longitude image, Radiance HDR or EXR: its middle is +z, a quarter from the left is +x, its top is +y.
+    /// Reads a latitude-longitude image, Radiance HDR or EXR. Its middle is +z, a quarter from the left is +x, its top is +y.
     ///
     /// # Errors
     ///
-    /// If the file cannot be read, is neither, or would not fit into memory.
+    /// If the file cannot be read, has another format, or would not fit into memory.
     pub fn read(path: &Path) -> Result<EnvironmentMap, SceneError> {
         let image = EnvironmentImage::read(path)
             .map_err(|what| SceneError::Environment { file: path.display().to_string(), what })?;
@@ -94,21 +95,21 @@ impl EnvironmentMap {
     }
 }
 
-/// The tables of an environment; all are empty where a scene has none.
+/// The tables of an environment; all are empty without one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnvironmentTables {
     /// One record.
     pub records: Vec<Environment>,
     /// The image, from its top.
     pub texels: Arc<[Vec3]>,
-    /// Hierarchical CDF of its brightness over directions: a pyramid of sums.
+    /// Hierarchical CDF of its luminance over directions: a pyramid of sums.
     pub cdf: Vec<f32>,
     /// Mean radiance (W m^-2 sr^-1).
     mean: DVec3,
 }
 
 impl EnvironmentTables {
-    /// Its light comes from all around these points (m).
+    /// Fits the sphere around the environment's light paths to these points (m).
     pub(super) fn enclose(&mut self, hull: &[DVec3]) {
         let Some(record) = self.records.first_mut() else { return };
         let corners = || hull.iter().copied();
@@ -117,11 +118,11 @@ impl EnvironmentTables {
         let centre = if low.x <= high.x { 0.5 * (low + high) } else { DVec3::ZERO };
         let radius = corners().map(|p| p.distance(centre)).fold(0.0, f64::max);
         record.centre = centre.as_vec3();
-        // A little wider than needed: starts of paths are rounded to f32.
+        // Enlarge slightly: path origins are rounded to f32.
         record.radius = (radius * 1.001 + 1e-6 * centre.abs().max_element()) as f32;
     }
 
-    /// Its record of the light table, not yet chosen among others, and its flux of each channel (W).
+    /// Light record of the environment, without a selection probability, and its flux by channel (W).
     pub(super) fn light(&self) -> Option<(Light, DVec3)> {
         let record = self.records.first()?;
         let light = Light {
@@ -137,11 +138,11 @@ impl EnvironmentTables {
 }
 
 impl Scene {
-    /// Puts the scene into an environment, in the place of the one it had.
+    /// Replaces the environment of the scene.
     ///
     /// # Errors
     ///
-    /// If its scale or rotation cannot be used, or a moving scene cannot be shown at time 0, where it then stands.
+    /// If scale or rotation is out of range, or a moving scene cannot be posed at time 0, which it is set to.
     pub fn set_environment(&mut self, map: EnvironmentMap) -> Result<(), SceneError> {
         let EnvironmentMap { image, scale, rotation } = map;
         if !(0.0..=MAX_SCALE).contains(&scale) || !rotation.is_finite() {
@@ -163,10 +164,10 @@ impl Scene {
         self.light_again()
     }
 
-    /// The brightness of the image over directions as a pyramid, and the mean radiance. `width` is that of the image (texels).
+    /// Computes the pyramid of the image's mean channel over directions, and the mean radiance. `width` is the image's (texels).
     fn brightness(&self, width: u32) -> (Vec<f32>, DVec3) {
         let tables = self.tables();
-        // A texel of the map is as wide as 1/1800 of a turn; two points of it a texel of the image.
+        // A texel of the map is as wide as 1/1800 of a turn. Sample two points a texel of the image along each axis.
         let steps = (width * 2).div_ceil(1800).clamp(1, 8);
         let mut cdf = vec![0.0; EnvironmentPyramid::NODES as usize];
         let texels = &mut cdf[..EnvironmentPyramid::TEXELS as usize];

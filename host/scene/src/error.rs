@@ -1,24 +1,24 @@
-//! What can be wrong with a scene: the file, the part of it, and what to do.
+//! Errors of a scene: they name the file, the part of it, and the remedy.
 
 use caustics_files::memory::shown;
 
-/// Why a scene cannot be rendered.
+/// Error of a scene: a fault of its file, or a request that it cannot meet.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// No such scene.
+    /// Unknown scene.
     #[error(
         "no scene {argument:?}: give a .gltf or .glb file, a folder with a scene.gltf, or one of: {known}"
     )]
     Unknown {
-        /// What was asked for.
+        /// Argument of the user.
         argument: String,
-        /// Scenes that can be named.
+        /// Names of the known scenes.
         known: String,
     },
-    /// A scene that is made on demand, and was not yet.
+    /// A scene that must be made first.
     #[error("scene {name} is made on demand: run `caustics scene make {name}` first")]
     NotMade {
-        /// The scene.
+        /// Name of the scene.
         name: String,
     },
     /// A file cannot be read.
@@ -26,7 +26,7 @@ pub enum SceneError {
     Unreadable {
         /// The file.
         file: String,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A .glb container is damaged.
@@ -34,42 +34,42 @@ pub enum SceneError {
     Container {
         /// The file.
         file: String,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
-    /// The JSON is no glTF.
+    /// The JSON is no glTF document.
     #[error("{file}: not a glTF 2.0 document ({what}); check it with the Khronos glTF validator")]
     Document {
         /// The file.
         file: String,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
-    /// The file cannot be shown without an extension that is not supported.
+    /// The file requires an extension that is not supported.
     #[error("{file}: requires the extension {extension:?}, which is not supported; {remedy}")]
     RequiredExtension {
         /// The file.
         file: String,
-        /// The extension.
+        /// Name of the extension.
         extension: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
-    /// A file that requires an extension which is not supported cannot be read without it either.
+    /// The file requires an extension that is not supported, and is not readable without it either.
     #[error(
         "{file}: requires the extension {extension:?}, which is not supported; {remedy} (without it {source})"
     )]
     WithoutExtension {
         /// The file.
         file: String,
-        /// The extension.
+        /// Name of the extension.
         extension: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
-        /// What is wrong without it.
+        /// Error without the extension.
         source: Box<SceneError>,
     },
-    /// The file is of the first version of glTF.
+    /// The file is glTF 1.0.
     #[error("{file}: is glTF 1.0, which is not read; convert it: npx gltf-pipeline -i OLD.gltf -o NEW.gltf")]
     OldVersion {
         /// The file.
@@ -78,59 +78,59 @@ pub enum SceneError {
     /// An environment cannot be used.
     #[error("environment {file}: {what}")]
     Environment {
-        /// Its file, or the scene.
+        /// Path of the environment, or name of the scene.
         file: String,
-        /// What is wrong, and what to do.
+        /// Description of the fault and remedy.
         what: String,
     },
-    /// A buffer is missing, too short, or not to be had.
+    /// A buffer is missing, too short or not available.
     #[error("{file}: buffer {buffer} {what}; restore the file beside the .gltf or export the scene again")]
     Buffer {
         /// The file.
         file: String,
         /// Index of the buffer.
         buffer: usize,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
-    /// What is compressed cannot be decompressed.
+    /// Compressed data cannot be decompressed.
     #[error("{file}: {what}; decompress it: npx @gltf-transform/cli copy IN.glb OUT.glb")]
     Compressed {
         /// The file.
         file: String,
-        /// What is wrong with what.
+        /// Name of the data, and description of the fault.
         what: String,
     },
-    /// An accessor does not fit its buffer or its use.
+    /// An accessor fits neither its buffer nor its use.
     #[error("{file}: accessor {accessor} ({owner}) {what}; export the scene again")]
     Accessor {
         /// The file.
         file: String,
         /// Index of the accessor.
         accessor: usize,
-        /// Mesh and primitive that it serves.
+        /// Mesh and primitive that use it.
         owner: String,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
-    /// A mesh holds values that no image can come from.
+    /// A mesh has values that cannot be rendered.
     #[error("{file}: {mesh}: {what}; repair the mesh and export the scene again")]
     Mesh {
         /// The file.
         file: String,
         /// Mesh and primitive.
         mesh: String,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
-    /// A node cannot be placed.
+    /// A node has no usable transform.
     #[error("{file}: {node}: {what}; repair the node and export the scene again")]
     Node {
         /// The file.
         file: String,
         /// The node.
         node: String,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
     /// An animation cannot be played.
@@ -140,7 +140,7 @@ pub enum SceneError {
         file: String,
         /// The animation and its channel.
         animation: String,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
     /// A material has values out of range.
@@ -150,42 +150,42 @@ pub enum SceneError {
         file: String,
         /// The material.
         material: String,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
-    /// An index points at nothing.
+    /// An index is out of range.
     #[error("{file}: {owner} refers to {kind} {index}, but there are {count}; export the scene again")]
     Index {
         /// The file.
         file: String,
-        /// Who refers.
+        /// Object that holds the index.
         owner: String,
-        /// What it refers to.
+        /// Kind of object that it refers to.
         kind: &'static str,
         /// The index.
         index: usize,
-        /// How many there are.
+        /// Number of these objects.
         count: usize,
     },
-    /// Tables given by a program do not belong together.
+    /// Tables of a library user do not fit together.
     #[error("{file}: {what}")]
     Tables {
-        /// The scene's name.
+        /// Name of the scene.
         file: String,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
-    /// More texels than the kernels' buffers hold.
+    /// The textures have more texels than the kernels' buffers hold.
     #[error("{file}: its textures have {count} texels with all levels, but {limit} fit; make them smaller")]
     Texels {
         /// The file.
         file: String,
-        /// Texels.
+        /// Number of texels.
         count: u64,
-        /// Texels at most.
+        /// Maximum number of texels.
         limit: u64,
     },
-    /// More memory than there is.
+    /// Loading takes more memory than is available.
     #[error(
         "{file}: {what} would take {} of memory, but {} are available; make the scene smaller, or more memory available",
         shown(*.needed), shown(*.available)
@@ -193,14 +193,14 @@ pub enum SceneError {
     Memory {
         /// The file.
         file: String,
-        /// What takes it.
+        /// Object that takes the memory.
         what: String,
-        /// By an estimate (bytes).
+        /// Estimated size (bytes).
         needed: u64,
-        /// What is left (bytes).
+        /// Available memory (bytes).
         available: u64,
     },
-    /// An image cannot be had.
+    /// An image is not available.
     #[error(
         "{file}: image {image} {what}; give it as a PNG, JPEG, WebP or KTX 2.0 file beside the .gltf or inside of it"
     )]
@@ -209,30 +209,30 @@ pub enum SceneError {
         file: String,
         /// Index of the image.
         image: usize,
-        /// What is wrong.
+        /// Description of the fault.
         what: String,
     },
-    /// Nothing to see in the whole file.
+    /// The file has no scene to show.
     #[error("{file}: {what}; {remedy}")]
     NothingToSee {
         /// The file.
         file: String,
-        /// Why.
+        /// Description of the fault.
         what: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
-    /// Nothing to see.
+    /// The scene has no geometry.
     #[error(
         "{file}: no geometry ({dropped} triangles without an area were dropped); add a mesh of triangles"
     )]
     NoGeometry {
         /// The file.
         file: String,
-        /// Dropped triangles.
+        /// Number of dropped triangles.
         dropped: usize,
     },
-    /// Nothing to see it by.
+    /// The scene has no light.
     #[error(
         "{file}: no light; give a material an emissiveFactor above zero or add a punctual light, or leave \
          --no-default-light out"
@@ -241,37 +241,37 @@ pub enum SceneError {
         /// The file.
         file: String,
     },
-    /// No camera of this name.
+    /// Unknown camera.
     #[error("scene {scene} has no camera {camera}; it has {known}")]
     UnknownCamera {
         /// The scene.
         scene: String,
-        /// What was asked for.
+        /// Requested name.
         camera: String,
-        /// Cameras that there are.
+        /// Names of the cameras.
         known: String,
     },
-    /// No variant of this name.
+    /// Unknown material variant.
     #[error("{file}: there is no variant {variant:?} of its materials; there are: {known}")]
     UnknownVariant {
         /// The file.
         file: String,
-        /// What was asked for.
+        /// Requested name.
         variant: String,
-        /// Variants that there are.
+        /// Names of the variants.
         known: String,
     },
-    /// No animation of this name.
+    /// Unknown animation.
     #[error("{file}: there is no animation {animation:?}; there are: {known}")]
     UnknownAnimation {
         /// The file.
         file: String,
-        /// What was asked for.
+        /// Requested name.
         animation: String,
-        /// Animations that there are.
+        /// Names of the animations.
         known: String,
     },
-    /// Nobody to see it.
+    /// The scene has no perspective camera.
     #[error(
         "scene {scene} has no perspective camera; add one to the file, or place one (Scene::place_camera)"
     )]
@@ -279,26 +279,26 @@ pub enum SceneError {
         /// The scene.
         scene: String,
     },
-    /// Edits that cannot be read, or are of another scene.
+    /// Edits cannot be read, or are of another scene.
     #[error("{file}: {what}")]
     Edits {
-        /// The file of the edits, or that of the scene.
+        /// File of the edits, or of the scene.
         file: String,
-        /// What is wrong, and what to do.
+        /// Description of the fault and remedy.
         what: String,
     },
-    /// A camera that cannot be placed.
+    /// A camera cannot be placed.
     #[error("the camera {viewpoint} {what}; give --from, --look-at or an orbit otherwise")]
     Viewpoint {
-        /// The options that say where it is.
+        /// Options that place the camera.
         viewpoint: String,
-        /// What is wrong.
+        /// Description of the fault.
         what: &'static str,
     },
 }
 
 impl SceneError {
-    /// Whether the caller asked for what the scene does not have, rather than the scene being wrong.
+    /// Whether the caller requested something that the scene does not have, and the scene itself is valid.
     pub fn is_usage(&self) -> bool {
         matches!(
             self,

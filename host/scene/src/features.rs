@@ -1,4 +1,4 @@
-//! What a scene needs of the kernels.
+//! Kernel features that a scene needs.
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
@@ -17,11 +17,11 @@ use glam::Vec3;
 
 use super::Scene;
 
-/// Textures that change a material's factors.
+/// Textures that change factors of a material.
 const FLAGS_TEXTURES: u32 = FLAG_COLOR_TEXTURE | FLAG_ROUGHNESS_TEXTURE | FLAG_EMISSIVE_TEXTURE;
 
 impl Scene {
-    /// What the scene's triangles and lights need, with reflection lobes up to `specular_roughness` specular.
+    /// Features of the scene's triangles and lights. Reflection lobes up to `specular_roughness` are specular.
     pub fn features(&self, specular_roughness: f32) -> Features {
         let mut used = vec![false; self.materials.len()];
         for surface in &self.surfaces {
@@ -34,14 +34,13 @@ impl Scene {
         for light in &self.lights {
             features = features | Features(light.kind);
             if light.kind == Features::ENVIRONMENT.0 {
-                // What is sampled of it is parallel light.
+                // Emission of an environment is sampled as parallel light.
                 features = features | Features::DIRECTIONAL_LIGHTS;
             }
         }
         if self.surfaces.iter().any(|surface| surface.normal_a != Vec3::ZERO) {
             features = features | Features::SMOOTH_NORMALS;
         }
-        // Where things move, somebody may be inside of glass at some time.
         if !self.instanced.instances.is_empty() {
             features = features | Features::INSTANCES;
         }
@@ -54,13 +53,14 @@ impl Scene {
         if features.has(Features::DIELECTRIC) && self.has_nested_media {
             features = features | Features::NESTED;
         }
+        // In an animated scene the eye or a light may be inside of glass at some time.
         if features.has(Features::DIELECTRIC) && (self.is_animated() || self.starts_inside(features)) {
             features = features | Features::STARTS_IN_MEDIUM;
         }
         features
     }
 
-    /// What the lobes and textures of a material need, whatever its textures make of it.
+    /// Features of a material's lobes and textures, over the whole range of its textures.
     pub(super) fn features_of(&self, material: usize, specular_roughness: f32) -> Features {
         let extremes = self.extremes(material);
         extremes
@@ -80,7 +80,7 @@ impl Scene {
                 return [light.position; 2];
             }
             let Triangle { a, b, c } = self.world_triangle(light.instance, light.triangle);
-            // Off the middle of both faces; the back of one that emits from its front only does not count.
+            // Offset the centre to both sides. A light that emits from its front only counts with its front.
             let (normal, middle) = ((b - a).cross(c - a).normalize(), (a + b + c) / 3.0);
             let away = normal * offset::clearance(offset::magnitude(a, b, c));
             [middle + away, if light.sides == 2 { middle - away } else { middle + away }]
@@ -90,7 +90,7 @@ impl Scene {
         at_cameras.chain(at_lights).any(&mut is_inside)
     }
 
-    /// A material at the ends of what its texture makes of roughness and metallic; itself without one.
+    /// A material at the extremes of its texture's roughness and metallic; unchanged without that texture.
     fn extremes(&self, id: usize) -> Vec<Material> {
         let material = self.materials[id];
         if material.flags & FLAG_ROUGHNESS_TEXTURE == 0 {
@@ -126,7 +126,7 @@ mod tests {
     use caustics_kernels::interface::material::FLAG_THIN;
 
     #[test]
-    fn materials_need_their_lobes_only() {
+    fn materials_need_the_features_of_their_lobes_only() {
         let lambert = Material { base_color: Vec3::ONE, roughness: 1.0, ior: 1.5, ..Material::default() };
         let coated = Material { specular: 1.0, roughness: 0.2, ..lambert };
         let mirror = Material { metallic: 1.0, roughness: 0.0, ..lambert };
@@ -149,7 +149,7 @@ mod tests {
                 Material { dispersion: 0.3, absorption: Vec3::ZERO, ..glass },
                 Features::DIELECTRIC | Features::CASTERS | Features::DISPERSION,
             ),
-            // Without a volume nothing is refracted.
+            // Thin walls do not refract.
             (
                 Material { dispersion: 0.3, flags: FLAG_THIN, ..glass },
                 Features::DIELECTRIC | Features::CASTERS,

@@ -1,4 +1,4 @@
-//! The nodes of the file: which of them a hit is of, and where they stand.
+//! The file's nodes: the node that a hit belongs to, and the nodes' transforms.
 
 use glam::{DAffine3, DQuat, DVec3};
 
@@ -6,20 +6,20 @@ use super::animation::OfFile;
 use super::instanced::MeshInstance;
 use super::{Scene, SceneError};
 
-/// A node of the file, as it stands there.
+/// A node of the file, without animations and edits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileNode {
-    /// Its index among the file's nodes.
+    /// Index among the file's nodes.
     pub index: usize,
-    /// Its name, which others may have too.
+    /// Name; not necessarily unique.
     pub name: Option<String>,
-    /// The node that it is below.
+    /// Index of the parent.
     pub parent: Option<usize>,
-    /// Its translation in its parent's space (m), before any animation or edit.
+    /// Translation in the parent's space (m), before any animation or edit.
     pub translation: DVec3,
-    /// Its rotation there, of unit length.
+    /// Rotation in the parent's space, of unit length.
     pub rotation: DQuat,
-    /// Its scale there.
+    /// Scale in the parent's space.
     pub scale: DVec3,
     /// Whether it has a mesh.
     pub has_mesh: bool,
@@ -27,14 +27,14 @@ pub struct FileNode {
     pub has_light: bool,
     /// Whether it has a camera.
     pub has_camera: bool,
-    /// Whether [`Scene::edit`] may place it: it or a node above it is animated, or among
+    /// Whether [`Scene::edit`] may set it: it or an ancestor is animated, or among
     /// [`LoadOptions::grabbed`](super::LoadOptions::grabbed).
     pub moves: bool,
 }
 
 impl Scene {
-    /// Index of the file's node whose mesh has this triangle, as a hit gives it with its instance; none of what the file does
-    /// not have: the floor, and what a program made.
+    /// Index of the file's node whose mesh has this triangle; arguments are those of a hit. `None` for the floor and for tables
+    /// that a caller built.
     pub fn node_of(&self, instance: u32, triangle: u32) -> Option<usize> {
         let owner = match (instance as usize).checked_sub(1) {
             None => *self.owners.get(triangle as usize)? as usize,
@@ -43,7 +43,7 @@ impl Scene {
         self.rig.upwards(owner).find_map(|node| Some(node.of_file.as_ref()?.index))
     }
 
-    /// The nodes of the file that are shown, parents first.
+    /// The nodes that the scene shows, parents first.
     pub fn node_tree(&self) -> Vec<FileNode> {
         let index_of = |joint: usize| Some(self.rig.joints.get(joint)?.of_file.as_ref()?.index);
         let node = self.rig.joints.iter().filter_map(|node| {
@@ -67,8 +67,8 @@ impl Scene {
         node.collect()
     }
 
-    /// From the space of a node of the file, by its index, to the world (m) at a time (s), in the file's coordinates, with
-    /// animations and edits; none if there is no such node, or a transform is not finite then.
+    /// Transform from a node of the file to the world (m) at a time (s), in the file's coordinates, with animations and edits.
+    /// `None` if the scene has no such node, or a transform is not finite at that time.
     pub fn node_to_world(&self, node: usize, time: f64) -> Option<DAffine3> {
         let of_file = |of_file: &OfFile| of_file.index == node;
         let joint = self.rig.joints.iter().position(|joint| joint.of_file.as_ref().is_some_and(of_file))?;
@@ -92,7 +92,7 @@ impl Scene {
     }
 }
 
-/// The error of a node that is none of those shown.
+/// Error for a node that the scene does not show.
 pub fn no_node(file: &str, node: usize) -> SceneError {
     let what = format!("its scene has no node {node}, which the edits are of; are they of another file?");
     SceneError::Edits { file: file.into(), what }

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::SceneError;
 
-/// Where scenes that are made on demand lie, if nothing else is asked for.
+/// Folder of scenes that are made on demand, unless the caller names another.
 pub const MADE: &str = "scenes/generated";
 
-/// The file of a scene: a .gltf or .glb file, a folder with a `scene.gltf`, or the name of a folder in `scenes/`
-/// or in [`MADE`].
+/// Finds the file of a scene. The argument is a .gltf or .glb file, a folder with a `scene.gltf`, or the name of a folder in
+/// `scenes/` or in [`MADE`].
 pub fn resolve(argument: &str) -> Result<PathBuf, SceneError> {
     let path = Path::new(argument);
     let is_scene = |path: &Path| {
@@ -21,10 +21,10 @@ pub fn resolve(argument: &str) -> Result<PathBuf, SceneError> {
     resolve_in(&folders(), argument)
 }
 
-/// The file of a scene that is a folder, or the name of a folder in one of these.
+/// Finds the file of a scene, given its folder or the name of a folder within `folders`.
 fn resolve_in(folders: &[PathBuf], argument: &str) -> Result<PathBuf, SceneError> {
     let path = Path::new(argument);
-    // A name is one folder: without this, an empty argument would find the folder of scenes itself.
+    // A name has one component: an empty argument would otherwise find the folder of scenes itself.
     let is_name = path.components().count() == 1;
     let named = folders.iter().filter(|_| is_name).map(|folder| folder.join(path));
     std::iter::once(path.to_path_buf())
@@ -49,7 +49,7 @@ pub fn names() -> Vec<String> {
     names
 }
 
-/// Folders that hold scenes: the current folder's, then the source tree's, each with what was made there on demand.
+/// Folders of scenes: those of the current folder, then those of the source tree, each followed by its made scenes.
 fn folders() -> [PathBuf; 4] {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     ["scenes".into(), MADE.into(), source.join("generated"), source]
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unknown_names_list_the_known() {
+    fn errors_of_unknown_names_list_the_known_scenes() {
         for argument in ["no-such-scene", "", "no/such/scene", "."] {
             let error = resolve(argument).unwrap_err().to_string();
             assert!(error.contains(".glb"), "{error}");
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_on_demand_is_found_once_made_and_says_how_before() {
+    fn scene_on_demand_is_found_once_made_and_its_error_names_the_command() {
         let folder = tempfile::tempdir().unwrap();
         let folders = [folder.path().join("scenes"), folder.path().join(MADE)];
         let error = resolve_in(&folders, "bar").unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Fingerprint of a scene: checkpoints, references, animations and results recognise a scene by it.
+//! Fingerprint of a scene, by which checkpoints, references, animations and results recognise it.
 
 use glam::Vec3;
 
@@ -9,14 +9,14 @@ use super::instanced::{MeshInstance, Stand};
 use super::{Recorded, Scene};
 use caustics_files::hash::Digest;
 
-/// Stands for an index where there is none.
+/// Code of a missing index.
 const NO_INDEX: u64 = u64::MAX;
 
 impl Scene {
-    /// Returns the BLAKE3 of all that paths can meet, at the pose at hand and at any other, in hexadecimal digits.
+    /// Returns the BLAKE3 of everything that paths can meet, at the current pose and at any other, in hexadecimal digits.
     pub fn fingerprint(&self) -> String {
         let mut digest = Digest::default();
-        // Tables at the pose at hand
+        // Tables at the current pose
         self.buffers().iter().for_each(|(_, table)| digest.add(table));
         // Node tree and keys
         let mut words = Words::default();
@@ -27,14 +27,14 @@ impl Scene {
             .flat_map(|recorded: &Recorded| &recorded.channels)
             .for_each(|channel| words.channel(channel));
         digest.add(&words.0);
-        // What stands on nodes
+        // Objects on nodes
         let mut words = Words::default();
         self.instanced.instances.iter().for_each(|instance| words.instance(instance));
         digest.add(&words.0);
         if let Some(motion) = &self.motion {
             digest.add(format!("{:?} {:?}", motion.cameras, motion.lights).as_bytes());
         }
-        // What deforms
+        // Deformations
         for deformation in self.instanced.meshes.iter().filter_map(|mesh| mesh.deformation.as_ref()) {
             let mut words = Words::default();
             words.deformation(deformation);
@@ -44,7 +44,7 @@ impl Scene {
     }
 }
 
-/// Numbers in a row, little-endian; every list follows its length.
+/// Little-endian numbers, one after another; every list follows its length.
 #[derive(Default)]
 struct Words(Vec<u8>);
 

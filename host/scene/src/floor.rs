@@ -1,4 +1,4 @@
-//! A floor for what stands in the void, so that its caustics fall on something.
+//! A floor for scenes without one, which receives their caustics.
 
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::texture::MaterialTextures;
@@ -8,15 +8,15 @@ use glam::Vec3;
 use super::SceneParts;
 use super::texture::CornerCoordinates;
 
-/// Its half side, in radii of the bounds that stand on it.
+/// Half side of the floor, in radii of the bounds above it.
 const REACH: f32 = 5.0;
-/// Its gap below the bounds, in radii: faces that coincide exactly would fight.
+/// Gap below the bounds, in radii; coinciding faces would leave the nearest hit to rounding.
 const GAP: f32 = 1e-4;
-/// Share of the light that it reflects.
+/// Albedo of the floor.
 const ALBEDO: f32 = 0.5;
 
 impl SceneParts {
-    /// Adds a plain Lambertian square under the bounds. [`Scene::bounds`](super::Scene::bounds) stay those of what stands on it.
+    /// Adds a Lambertian square under the bounds. [`Scene::bounds`](super::Scene::bounds) excludes the floor.
     pub fn add_floor(&mut self) {
         let [lower, upper] = self.bounds();
         self.bounds = Some([lower, upper]);

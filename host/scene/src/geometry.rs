@@ -10,7 +10,7 @@ use super::SceneError;
 /// Largest coordinate (m) whose squares and cross products stay finite in the kernels' f32.
 pub const MAX_COORDINATE: f64 = 1e9;
 
-/// Refuses tables that do not belong together, and values that no kernel can use.
+/// Refuses tables that do not fit together, and values that no kernel can use.
 pub fn check(
     file: &str,
     triangles: &[Triangle],
@@ -48,7 +48,7 @@ pub fn check(
     Ok(())
 }
 
-/// Refuses factors out of glTF's ranges; the comparisons refuse NaN too.
+/// Refuses factors out of glTF's ranges. The comparisons refuse NaN too.
 fn check_material(file: &str, name: &str, material: &Material) -> Result<(), SceneError> {
     let shares = [material.roughness, material.metallic, material.transmission, material.specular];
     let range = |values: &[f32], max: f32| values.iter().all(|value| (0.0..=max).contains(value));
@@ -68,13 +68,13 @@ fn check_material(file: &str, name: &str, material: &Material) -> Result<(), Sce
     Err(SceneError::Material { file: file.into(), material: name.into(), what: what.into() })
 }
 
-/// Keeps the records whose flag is set; the table may be empty.
+/// Keeps the records whose flag is set. The table may be empty.
 pub fn retain<T>(records: &mut Vec<T>, keep: &[bool]) {
     let mut flags = keep.iter();
     records.retain(|_| *flags.next().unwrap());
 }
 
-/// Whether f32 can tell it from a line, relative to its longest edge.
+/// Whether f32 distinguishes the triangle from a line, relative to its longest edge.
 pub fn has_area(triangle: &Triangle) -> bool {
     let [a, b, c] = corners(triangle);
     let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
@@ -86,19 +86,19 @@ pub fn corners(triangle: &Triangle) -> [DVec3; 3] {
     [triangle.a, triangle.b, triangle.c].map(|p| p.as_dvec3())
 }
 
-/// The eight corners of a box; bit `axis` of a corner's index says whether it lies on the upper side.
+/// The eight corners of a box. Bit `axis` of a corner's index is set on the upper side.
 pub fn corners_of_box([lower, upper]: [DVec3; 2]) -> [DVec3; 8] {
     std::array::from_fn(|id| {
         DVec3::select(BVec3::from_array([0, 1, 2].map(|axis| id >> axis & 1 == 1)), upper, lower)
     })
 }
 
-/// The box around points; with the lower corner above the upper one around none.
+/// The box around points. Without points the lower corner is above the upper one.
 pub fn box_around(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
     points.fold([DVec3::MAX, DVec3::MIN], |[lower, upper], p| [lower.min(p), upper.max(p)])
 }
 
-/// Unit normal of the face's front; any for a triangle without an area.
+/// Unit normal of the front face; arbitrary for a triangle without an area.
 pub fn face_normal(triangle: &Triangle) -> Vec3 {
     let [a, b, c] = corners(triangle);
     (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Y).as_vec3()
@@ -110,7 +110,7 @@ pub fn area(triangle: &Triangle) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
-/// Fills in the curvature, and clears normals that are the face's own, so that the kernels take that one, to the bit.
+/// Computes the curvature, and clears normals that equal the face normal, so that kernels use that one, to the bit.
 pub fn complete(triangle: &Triangle, surface: &mut TriangleSurface) {
     surface.curvature = curvature(triangle, surface);
     if !is_smooth(triangle, surface) {
@@ -118,14 +118,14 @@ pub fn complete(triangle: &Triangle, surface: &mut TriangleSurface) {
     }
 }
 
-/// Whether the normals differ from the face's.
+/// Whether the normals differ from the face normal.
 fn is_smooth(triangle: &Triangle, surface: &TriangleSurface) -> bool {
     let face = face_normal(triangle);
     let normals = [surface.normal_a, surface.normal_b, surface.normal_c];
     normals.into_iter().any(|normal| (normal - face).length() > 1e-6)
 }
 
-/// Mean over the edges of the normal's change along the edge (1/m).
+/// Mean over the edges of the normal's change along each edge (1/m).
 fn curvature(triangle: &Triangle, surface: &TriangleSurface) -> f32 {
     if !is_smooth(triangle, surface) {
         return 0.0;
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn media_are_among_the_materials_that_half_a_word_counts() {
+    fn media_ids_must_fit_half_a_word() {
         let of_last = |transmission| {
             let mut materials = vec![Material { ior: 1.5, ..Material::default() }; MAX_MATERIALS + 1];
             materials[MAX_MATERIALS].transmission = transmission;

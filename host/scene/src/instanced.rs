@@ -1,4 +1,4 @@
-//! Meshes that are instances: those that move, and those that are stored once for many nodes.
+//! Instances of meshes: moving meshes, and meshes that are stored once for many nodes.
 
 use std::ops::Range;
 
@@ -15,15 +15,15 @@ use super::corner::Corner;
 use super::mesh::Mesh;
 use super::{Scene, bvh, geometry};
 
-/// Triangles of all instances that each is looked at of, to find where the scene is.
+/// Number of triangles of all instances above which boxes represent the meshes, to find the centre of the scene.
 const MANY: usize = 1 << 22;
 
-/// What a mesh stands on.
+/// Transform source of an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stand {
-    /// A node, by its index; it may move.
+    /// Index of a node; it may move.
     Node(usize),
-    /// A fixed transform to the world, from the mesh's node's space.
+    /// Fixed transform from the space of the mesh's node to the world.
     Still(DAffine3),
 }
 
@@ -32,14 +32,15 @@ pub enum Stand {
 pub struct MeshInstance {
     /// Index of the mesh.
     pub mesh: usize,
-    /// Index of the node that has it, wherever it stands.
+    /// Index of the node that owns the instance, for a fixed transform too.
     pub owner: usize,
-    /// Where.
+    /// Source of its transform.
     pub stand: Stand,
 }
 
 impl MeshInstance {
-    /// From the mesh's node's space to the world, where nodes are like this; a node that has no transform yet is the world's.
+    /// Transform from the space of the mesh's node to the world, for a pose of the nodes. A node without a transform uses the
+    /// identity.
     pub fn world_transform(&self, nodes: &Nodes) -> DAffine3 {
         match self.stand {
             Stand::Node(node) => nodes.to_world.get(node).copied().unwrap_or_default(),
@@ -47,7 +48,7 @@ impl MeshInstance {
         }
     }
 
-    /// Its node, if it stands on one.
+    /// Index of its node; `None` for a fixed transform.
     pub fn node(&self) -> Option<usize> {
         match self.stand {
             Stand::Node(node) => Some(node),
@@ -56,54 +57,54 @@ impl MeshInstance {
     }
 }
 
-/// Where an instance stands, for structures that are built over the mesh's own triangles.
+/// Transform of an instance, for acceleration structures over the mesh's own triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InstanceTransform {
-    /// Index of its mesh.
+    /// Index of the mesh.
     pub mesh: usize,
-    /// From the mesh's own space to the world; none while a scale of zero hides it.
+    /// Transform from the mesh's own space to the world; `None` while a scale of zero hides the instance.
     pub to_world: Option<Transform>,
 }
 
-/// Meshes in spaces of their own, and their instances. In a scene's table of instances these follow the world.
+/// Meshes in their own space, and their instances. In a scene's table of instances they follow the world.
 #[derive(Clone, Debug, Default)]
 pub struct Instanced {
     /// Meshes.
     pub meshes: Vec<Mesh>,
-    /// Instances. A mesh that emits has one.
+    /// Instances. An emissive mesh has one.
     pub instances: Vec<MeshInstance>,
-    /// Triangles of the world; they come first.
+    /// Number of triangles of the world; they come first.
     pub still: usize,
-    /// Nodes at the head that the top level of the BVH takes; 0 without instances.
+    /// Number of nodes of the BVH's top level, which come first; 0 without instances.
     pub top: usize,
     /// Box of the triangles of the world (m).
     still_bounds: Option<Aabb>,
-    /// From each mesh's own space to the world, at the pose at hand; none before the first.
+    /// Transform from each mesh's own space to the world, at the current pose; `None` before the first pose.
     to_world: Vec<Option<DAffine3>>,
-    /// Those that can be seen.
+    /// Transforms of all instances, at the current pose.
     instance_transforms: Vec<InstanceTransform>,
 }
 
 impl Instanced {
-    /// None, beside so many triangles of the world.
+    /// No instances, beside this number of world triangles.
     pub fn for_world(still: usize) -> Instanced {
         Instanced { still, ..Instanced::default() }
     }
 
-    /// Triangles of all meshes, each once.
+    /// Number of triangles of all meshes, each counted once.
     pub fn triangle_count(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.count as usize).sum()
     }
 
-    /// Instances of each mesh.
+    /// Number of instances of each mesh.
     pub fn uses(&self) -> Vec<usize> {
         let mut uses = vec![0; self.meshes.len()];
         self.instances.iter().for_each(|instance| uses[instance.mesh] += 1);
         uses
     }
 
-    /// The triangles of all instances where nodes are like this (m), before rows are made of meshes; of very many, triangles across
-    /// boxes around them. Of instances that are hidden there are none.
+    /// Triangles of all visible instances for a pose of the nodes (m), before records are made of the meshes. Above `MANY`
+    /// triangles, diagonal triangles of boxes represent them.
     pub fn triangles<'a>(&'a self, nodes: &'a Nodes) -> impl Iterator<Item = [DVec3; 3]> + 'a {
         let all =
             self.instances.iter().map(|instance| self.meshes[instance.mesh].count as usize).sum::<usize>();
@@ -115,18 +116,18 @@ impl Instanced {
         })
     }
 
-    /// Meshes that are deformed, with their vertices where nodes are like this.
+    /// Vertices of all deforming meshes for a pose of the nodes, by the index of the mesh.
     pub(super) fn deform(&self, nodes: &Nodes) -> Vec<(usize, Vec<Corner>)> {
         let deformed = |(id, mesh): (usize, &Mesh)| Some((id, mesh.deformation.as_ref()?.deform(nodes)));
         self.meshes.iter().enumerate().filter_map(deformed).collect()
     }
 
-    /// Where the instances stand at the pose at hand, for structures over them.
+    /// Transforms of the instances at the current pose, for acceleration structures.
     pub fn instance_transforms(&self) -> &[InstanceTransform] {
         &self.instance_transforms
     }
 
-    /// Ids of the triangles of an instance, by its id among the instances; the first is the world.
+    /// Ids of an instance's triangles, by the index in the scene's table of instances; index 0 is the world.
     pub fn triangle_ids(&self, instance: usize) -> Range<usize> {
         match instance.checked_sub(1) {
             None => 0..self.still,
@@ -134,8 +135,8 @@ impl Instanced {
         }
     }
 
-    /// Appends the rows of all meshes, and a row an instance, to the tables of a scene that has those of the world and `top` nodes
-    /// before them; BVHs of meshes may have so many levels.
+    /// Appends the records of all meshes and instances to the tables of a scene. The scene has those of the world, behind `top`
+    /// nodes. BVHs of meshes may have `levels` levels.
     pub(super) fn append(&mut self, scene: &mut Scene, top: usize, levels: u32, options: &BvhOptions) {
         (self.still, self.top) = (scene.triangles.len(), top);
         self.still_bounds = scene.triangles.iter().map(bvh::bounds).reduce(|all, next| all.union(&next));
@@ -151,12 +152,12 @@ impl Instanced {
         self.to_world = vec![None; self.instances.len()];
     }
 
-    /// Forgets the pose at hand: the next one has none before it.
+    /// Forgets the current pose, so that the next pose has no previous one.
     pub(super) fn forget(&mut self) {
         self.to_world.fill(None);
     }
 
-    /// Brings a scene's instances, and the BVH above them, to where nodes are like this and meshes are deformed to these vertices.
+    /// Updates a scene's instances and the BVH's top level for a pose of the nodes and the vertices of deforming meshes.
     pub(super) fn set_pose(&mut self, scene: &mut Scene, nodes: &Nodes, deformed: &[(usize, Vec<Corner>)]) {
         if self.instances.is_empty() {
             return;
@@ -196,7 +197,7 @@ impl Instanced {
         top::build(&mut scene.nodes[..self.top], leaves);
     }
 
-    /// Where an instance stands at the pose at hand, by its row; none of one that is hidden.
+    /// Transform of an instance at the current pose, by its record; `None` if it is hidden.
     fn object_to_world(&self, instance: u32) -> Option<DAffine3> {
         match (instance as usize).checked_sub(1) {
             None => Some(DAffine3::IDENTITY),
@@ -206,8 +207,8 @@ impl Instanced {
 }
 
 impl Scene {
-    /// A triangle of an instance where it stands at the pose at hand (m), counter-clockwise seen from its front; one that is hidden
-    /// has no area.
+    /// Returns a triangle of an instance in the world at the current pose (m), counter-clockwise seen from its front. A triangle
+    /// of a hidden instance has no area.
     pub fn world_triangle(&self, instance: u32, triangle: u32) -> Triangle {
         let record = self.triangles[triangle as usize];
         if instance == 0 {
@@ -225,8 +226,8 @@ impl Scene {
         }
     }
 
-    /// Points (m) around all that can be met at the pose at hand: the corners of the world's triangles, and those of boxes
-    /// around the parts of instances.
+    /// Points (m) whose hull contains the scene at the current pose: corners of the world's triangles, and corners of boxes
+    /// around parts of instances.
     pub(super) fn hull(&self) -> Vec<DVec3> {
         let Instanced { meshes, instances, still, .. } = &self.instanced;
         let world = self.triangles[..*still].iter().flat_map(geometry::corners);
@@ -240,7 +241,8 @@ impl Scene {
     }
 }
 
-/// The box of a mesh in the world, a few ulp of the largest coordinate wider: the mesh's own space rounds differently.
+/// Box around a mesh in the world. It is enlarged by a few ulp of the largest coordinate: the mesh's own space rounds
+/// differently.
 fn bounds(mesh: &Mesh, to_world: DAffine3) -> Aabb {
     let points = mesh.hull(to_world).map(|p| Vec3A::from(p.as_vec3()));
     let bounds = points.fold(Aabb::empty(), |all, p| all.union(&Aabb::from_point(p)));
@@ -248,7 +250,7 @@ fn bounds(mesh: &Mesh, to_world: DAffine3) -> Aabb {
     Aabb { min: bounds.min - largest * 2e-6, max: bounds.max + largest * 2e-6 }
 }
 
-/// Whether a scale is zero, or so near that f32 cannot carry the inverse.
+/// Whether a scale is zero, or so small that f32 cannot represent the inverse.
 fn is_hidden(object_to_world: &DAffine3) -> bool {
     let inverse = object_to_world.inverse();
     let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];

@@ -1,8 +1,8 @@
-//! glTF in, flat tables out. Imports interface.
+//! Reads glTF into the flat tables of the kernels. Imports interface.
 //!
-//! `gltf` reads a file into [`SceneParts`], which make the tables: `bvh` orders the triangles, `light` chooses among the
-//! emitters, `features` says which code the scene can reach, and `pose` brings what moves to a time. All of them know
-//! [`Scene`], which knows none of them.
+//! `gltf` reads a file into [`SceneParts`], which build the tables. `bvh` orders the triangles, `light` builds the light table,
+//! `features` finds the code that the scene needs, and `pose` moves the scene to a time. These modules know [`Scene`]; it knows
+//! none of them.
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 #![forbid(unsafe_code)]
@@ -90,20 +90,20 @@ mod viewpoint;
 pub struct Scene {
     /// Stem of the file, or its folder's name where the file is `scene.gltf`.
     pub name: String,
-    /// Corners (m), in the order of the BVH's leaves: those of the world, then those of every mesh in its own space.
+    /// Corners (m) in the order of the BVH's leaves: first the world's, then every mesh's in its own space.
     pub triangles: Vec<Triangle>,
-    /// What triangles have beside their corners, in the same order.
+    /// Surface records of the triangles, in the same order.
     pub surfaces: Vec<TriangleSurface>,
-    /// Materials, in the file's order; then more records of those whose solids need several priorities
-    /// ([`Material::medium`] tells which).
+    /// Materials in the file's order. Further records follow if solids of one material need several priorities;
+    /// [`Material::medium`] names the file's material.
     pub materials: Vec<Material>,
     /// Names of the file's materials.
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
-    /// Lights that are no triangles, where nothing moves.
+    /// Punctual lights, if nothing moves.
     pub punctual_lights: Vec<PunctualLight>,
-    /// Light from all around.
+    /// Environment light.
     pub environment: EnvironmentTables,
     /// Textures, in the order of the triangles and the materials.
     pub textures: texture::TextureData,
@@ -113,51 +113,52 @@ pub struct Scene {
     pub nodes: Vec<BvhNode>,
     /// Leaves of the software BVH: up to four triangles each.
     pub blocks: Vec<TriangleBlock>,
-    /// Meshes with rows in spaces of their own, and where they stand.
+    /// Meshes with records in their own space, and their instances.
     pub instanced: Instanced,
-    /// Triangles that emit, whatever their area at the pose at hand.
+    /// Triangles that emit, independent of their area at the current pose.
     pub emitters: Vec<Emitter>,
-    /// The file's nodes, and how they move.
+    /// Node tree of the file, with its animations.
     pub rig: NodeTree,
-    /// Index of the node that each triangle of the world is of; [`NONE`](caustics_kernels::interface::NONE) where it is of none.
+    /// Node of each world triangle; [`NONE`](caustics_kernels::interface::NONE) without a node.
     pub owners: Vec<u32>,
-    /// What moves with them; `None` in a scene that stands still.
+    /// Cameras and lights on nodes; `None` in a static scene.
     pub motion: Option<Motion>,
-    /// A camera that goes its own way.
+    /// Camera that follows keyframes of edits.
     pub recorded: Option<Recorded>,
-    /// Radiance behind everything that the file asks for (W m^-2 sr^-1); it lights nothing.
+    /// Background radiance of the file (W m^-2 sr^-1), seen but not lighting.
     pub background: Vec3,
-    /// Cameras, in the order of the file's nodes; then those that were placed.
+    /// Cameras in the order of the file's nodes, then placed cameras.
     pub cameras: Vec<SceneCamera>,
-    /// Centre of the file's bounds (m), or of what is small beside huge triangles; subtracted from every position.
+    /// Origin of the scene in the file's coordinates (m), subtracted from every position: the centre of the bounds, or of small
+    /// objects beside huge triangles.
     pub origin: DVec3,
-    /// Lower and upper corner of the box around its triangles (m), wherever its animations bring them.
+    /// Lower and upper corner of the box around the triangles at all times (m).
     pub bounds: [Vec3; 2],
     /// Emitted flux of each channel (W).
     pub flux: Vec3,
     /// Whether a path can be inside of two solids at once, or of an open surface.
     pub has_nested_media: bool,
-    /// What the file asks for and is not rendered, each once; what in it should be repaired.
+    /// Warnings, each once: features that are not rendered, and faults of the file.
     pub warnings: Vec<String>,
-    /// Triangles without an area, left out.
+    /// Number of triangles that were left out because they have no area.
     pub dropped_triangles: usize,
-    /// What it got that its file does not have and that no table tells, by name: attributes of what is rendered of it.
+    /// Attributes of the rendered scene that neither file nor tables hold, by name.
     pub additions: BTreeMap<&'static str, String>,
-    /// Where light paths are aimed, as far as somebody asked; whoever changes triangles or materials clears it.
+    /// Spheres around casters, computed on demand. Code that changes triangles or materials must clear them.
     pub casters: Cuts,
 }
 
 impl Scene {
-    /// Name of the material that a record is of.
+    /// Name of a record's material.
     pub fn material_name(&self, record: u32) -> &str {
         &self.material_names[self.materials[record as usize].medium as usize]
     }
 
-    /// The camera of a name; the first where none is given.
+    /// Returns the camera with this name; without a name, the first.
     ///
     /// # Errors
     ///
-    /// If there is no such camera; the error lists those there are. [`Scene::place_camera`] makes one.
+    /// If the scene has no such camera; the error lists its cameras. [`Scene::place_camera`] adds one.
     pub fn camera(&self, name: Option<&str>) -> Result<&SceneCamera, SceneError> {
         let found = self.cameras.iter().find(|camera| name.is_none_or(|name| camera.name == name));
         found.ok_or_else(|| match name.filter(|_| !self.cameras.is_empty()) {
@@ -170,43 +171,42 @@ impl Scene {
         })
     }
 
-    /// Gives back the memory of the large tables, of which a runner that was opened with it has its own: what is left tells of
-    /// the scene, and renders nothing.
+    /// Frees the large tables after a runner has copied them. The remaining scene describes itself, but cannot be rendered.
     pub fn leave_tables(&mut self) {
         (self.triangles, self.surfaces, self.owners) = Default::default();
         (self.nodes, self.blocks) = Default::default();
         (self.textures, self.environment) = Default::default();
     }
 
-    /// Whether anything in the scene moves, or may be edited.
+    /// Whether anything moves or may be edited.
     pub fn is_animated(&self) -> bool {
         self.motion.is_some() || self.recorded.is_some()
     }
 
-    /// Whether something can shine at some time, because what moves changes.
+    /// Whether the scene can emit at some time because something moves.
     pub fn lights_up(&self) -> bool {
         let lights = |motion: &Motion| motion.lights().has(caustics_kernels::light::TYPES);
         self.motion.as_ref().is_some_and(|motion| lights(motion) || !self.emitters.is_empty())
     }
 
-    /// Rows that its light table can have at most, at any time.
+    /// Maximum number of light records at any time.
     pub fn max_light_count(&self) -> usize {
         let lights = |motion: &Motion| self.emitters.len() + motion.lights.len() + 1;
         self.motion.as_ref().map_or(0, lights).max(self.lights.len())
     }
 
-    /// Time of the last key of its animations and edits (s); 0 where nothing moves.
+    /// Time of the last key of animations and edits (s); 0 without any.
     pub fn duration(&self) -> f64 {
         self.recorded.as_ref().map_or(0.0, Recorded::duration).max(self.rig.duration())
     }
 
-    /// Its software tracer; `CUT_OUTS` and `INSTANCES` decide whether it looks for holes and for instances.
+    /// Software tracer of the scene. `CUT_OUTS` and `INSTANCES` select the support of cut-outs and instances.
     pub fn tracer(&self, features: Features) -> BvhTracer<'_> {
         let cut_outs = CutOuts::new(self.tables(), features);
         BvhTracer { nodes: &self.nodes, blocks: &self.blocks, cut_outs }
     }
 
-    /// The tables as kernels take them.
+    /// The tables in the form that kernels take.
     pub fn tables(&self) -> SceneTables<'_> {
         let textures = TextureTables {
             textures: &self.textures.textures,

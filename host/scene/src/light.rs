@@ -1,4 +1,4 @@
-//! The light table: emitters by power, and the alias table that chooses one in constant time.
+//! Light table: emitters with probabilities proportional to power, and an alias table that samples in constant time.
 
 use std::f64::consts::PI;
 
@@ -23,18 +23,18 @@ pub fn check(file: &str, lights: &[PunctualLight]) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// A triangle that emits.
+/// An emissive triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
-    /// Its id.
+    /// Id of the triangle.
     pub triangle: u32,
-    /// Its instance.
+    /// Index of the instance.
     pub instance: u32,
-    /// Its mean radiance (W m^-2 sr^-1).
+    /// Mean radiance (W m^-2 sr^-1).
     pub mean: DVec3,
 }
 
-/// Every triangle that emits. This samples textures; where triangles move, only their areas change.
+/// Finds all emissive triangles, and samples their textures. Motion changes only their areas.
 pub fn emitters(scene: &Scene) -> Vec<Emitter> {
     let tables = scene.tables();
     let of_instance = |instance: usize| {
@@ -46,7 +46,7 @@ pub fn emitters(scene: &Scene) -> Vec<Emitter> {
         });
         emitters.filter(|emitter| emitter.mean.element_sum() > 0.0)
     };
-    // A mesh that has several instances does not emit.
+    // A mesh with several instances does not emit.
     let (uses, instances) = (scene.instanced.uses(), &scene.instanced.instances);
     let alone = (1..)
         .zip(instances)
@@ -55,8 +55,8 @@ pub fn emitters(scene: &Scene) -> Vec<Emitter> {
     std::iter::once(0).chain(alone).flat_map(of_instance).collect()
 }
 
-/// Emitters of positive power in the order of triangles, then punctual lights, then the environment, with their alias table; and
-/// the emitted flux of each channel (W). The scene lies within the hull of the points (m).
+/// Light table with its alias table, and the emitted flux of each channel (W). Emitters of positive power come in the order of
+/// triangles, punctual lights, environment. The scene lies within the hull of `hull` (m).
 pub fn table(
     scene: &Scene,
     hull: &[DVec3],
@@ -84,7 +84,7 @@ pub fn table(
     });
     let of_punctual = punctual_lights.iter().map(|light| light.record(hull));
 
-    // Leave out what is dark, or so dim beside the rest that f32 cannot hold its probability.
+    // Drop emitters without power, and those whose probability underflows in f32.
     let power = |flux: DVec3| flux.element_sum() / 3.0;
     let all: Vec<_> =
         of_triangles.chain(of_punctual).chain(environment).filter(|&(_, flux)| power(flux) > 0.0).collect();
@@ -95,7 +95,7 @@ pub fn table(
     (lights, fluxes.into_iter().sum::<DVec3>().as_vec3())
 }
 
-/// Fills the alias table [Vose 1991]: a row chosen evenly keeps its light below the threshold, else takes its alias.
+/// Fills the alias table [Vose 1991]: a uniformly sampled record keeps its light below the threshold, and takes its alias above.
 fn choose_by_power(lights: &mut [Light], powers: &[f64]) {
     let total: f64 = powers.iter().sum();
     let count = lights.len() as f64;
@@ -108,7 +108,7 @@ fn choose_by_power(lights: &mut [Light], powers: &[f64]) {
         (light.threshold, light.alias) = (1.0, id as u32);
     }
 
-    // Fill each low row up with what a high row has too much.
+    // Fill each low record with the excess of a high record.
     let (mut low, mut high): (Vec<usize>, Vec<usize>) = (0..lights.len()).partition(|&id| heights[id] < 1.0);
     while let (Some(&short), Some(&tall)) = (low.last(), high.last()) {
         low.pop();

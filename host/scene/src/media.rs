@@ -1,4 +1,4 @@
-//! Media: which of them is there where solids overlap, and which surfaces bound no solid. Imports interface.
+//! Media: priorities of overlapping solids, and surfaces that bound no solid. Imports interface.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -16,35 +16,35 @@ use super::priorities::{self, WorldSolid};
 use super::solids::Solids;
 use super::{Scene, geometry};
 
-/// Boxes that are compared with each other, at most; among more, some are taken to overlap.
+/// Maximum number of boxes that are compared; more boxes count as overlapping.
 const MAX_BOXES: usize = 4096;
-/// Triangles of the copies of meshes whose instances need several records, at most, in a scene of fewer triangles.
+/// Maximum number of triangles in copies of meshes whose instances need several records, in a scene of fewer triangles.
 const MAX_COPIED: usize = 1 << 18;
 
 /// The media of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Media {
-    /// Boxes around what hangs together (m), of what stands still.
+    /// Boxes around connected parts of resting meshes (m).
     boxes: Vec<[Vec3; 2]>,
-    /// Number of boxes that move.
+    /// Number of boxes of moving meshes.
     moving: usize,
     /// Surfaces of the world, then those of each mesh.
     surfaces: Vec<Vec<Surface>>,
-    /// The world, then the instances that have media.
+    /// The world, then the instances with media.
     holders: Vec<Holder>,
-    /// Solids of all holders; all open surfaces of a material are one.
+    /// Solids of all holders; all open surfaces of a material count as one.
     world_solids: Vec<WorldSolid>,
-    /// Index among `world_solids` of each solid of each surface of each holder.
+    /// Index in `world_solids` of each solid, by holder and surface.
     of_holders: Vec<u32>,
-    /// Records whose surface is open.
+    /// Whether each record's surface is open.
     open: Vec<bool>,
-    /// Records whose fronts look inwards.
+    /// Whether each record's front faces inwards.
     inside_out: Vec<bool>,
-    /// Whether solids share a priority although they need their own.
+    /// Whether some solids share a priority although they need different ones.
     is_coarse: bool,
 }
 
-/// The triangles of one medium in a mesh, or in the world.
+/// Triangles of one medium in a mesh or in the world.
 #[derive(Clone, Debug)]
 struct Surface {
     material: u32,
@@ -56,16 +56,16 @@ struct Surface {
 /// The world or an instance.
 #[derive(Clone, Copy, Debug)]
 struct Holder {
-    /// Index of the instance; none of the world.
+    /// Index of the instance; `None` for the world.
     instance: Option<usize>,
-    /// Index of its surfaces.
+    /// Index in `Media::surfaces`.
     surfaces: usize,
-    /// Index of its first solid in `of_holders`.
+    /// Index of the first solid in `of_holders`.
     first: usize,
 }
 
 impl Media {
-    /// The media of these triangles and of instances, around an origin (m), where nodes are as at time 0.
+    /// Finds the media of these triangles and instances, relative to an origin (m), with the nodes at time 0.
     pub fn for_scene(
         materials: &[Material],
         triangles: &[Triangle],
@@ -84,7 +84,7 @@ impl Media {
         media.hold(None, 0, 1.0, Some(DAffine3::IDENTITY), &mut open);
         for (id, instance) in instanced.instances.iter().enumerate() {
             let to_world = instance.world_transform(nodes);
-            // A mesh that hides at time 0 is as large as in its own space.
+            // A mesh that is hidden at time 0 gets the size in its own space.
             let scale = to_world.matrix3.determinant().abs();
             let scale = if scale > 0.0 { scale } else { 1.0 };
             let mesh = &instanced.meshes[instance.mesh];
@@ -96,8 +96,8 @@ impl Media {
         media
     }
 
-    /// Adds an instance, whose mesh's volume grows by `scale`, where it stands still; `open` has the index of each material's
-    /// open surface among those placed.
+    /// Adds an instance; its volume is that of the mesh times `scale`. `to_world` is `None` if it moves. `open` maps each
+    /// material to its open surface in `world_solids`.
     fn hold(
         &mut self,
         instance: Option<usize>,
@@ -133,8 +133,8 @@ impl Media {
         }
     }
 
-    /// Makes priorities a strict order: by the file's number, then the smaller solid, then the later material. A material whose
-    /// solids need several priorities gets more records, behind the others. Marks open surfaces.
+    /// Makes priorities a strict order: by the file's priority, then the smaller solid, then the later material. If solids of a
+    /// material need several priorities, records are appended. Marks open surfaces.
     pub fn rank(
         &mut self,
         materials: &mut Vec<Material>,
@@ -161,7 +161,7 @@ impl Media {
         }
     }
 
-    /// The record of each solid that is placed, and the level of each record; adds those that there are not.
+    /// Returns the record of each solid in the world and the level of each record; appends missing records.
     fn records(
         &mut self,
         materials: &mut Vec<Material>,
@@ -198,7 +198,7 @@ impl Media {
         (solids.map(|(solid, level)| of_levels[&(solid.material, level)]).collect(), levels)
     }
 
-    /// Gives triangles the records of the solids that they bound. A mesh whose instances need different ones is copied.
+    /// Assigns triangles the records of their solids. A mesh whose instances need different records is copied.
     fn assign(&mut self, records: &[u32], surfaces: &mut [TriangleSurface], instanced: &mut Instanced) {
         let max_copied = MAX_COPIED.max(surfaces.len() + instanced.triangle_count());
         let mut copied = 0;
@@ -232,7 +232,7 @@ impl Media {
         }
     }
 
-    /// Indices among `world_solids` of the solids of a holder.
+    /// Indices in `world_solids` of a holder's solids.
     fn solids_of(&self, holder: &Holder) -> impl Iterator<Item = usize> + '_ {
         let count: usize = self.surfaces[holder.surfaces].iter().map(|own| own.solids.solids.len()).sum();
         self.of_holders[holder.first..][..count].iter().map(|&index| index as usize)
@@ -244,7 +244,7 @@ impl Media {
         for holder in &self.holders {
             let mut world_solids = self.solids_of(holder).collect::<Vec<_>>().into_iter();
             for own in &self.surfaces[holder.surfaces] {
-                // Volume, and whether something is open, by record.
+                // Volume, and whether it is open, by record.
                 let mut of_records: BTreeMap<u32, (f64, bool)> = BTreeMap::new();
                 for (solid, id) in own.solids.solids.iter().zip(world_solids.by_ref()) {
                     let (volume, is_open) = of_records.entry(records[id]).or_default();
@@ -260,7 +260,7 @@ impl Media {
         for (id, material) in materials.iter_mut().enumerate() {
             material.flags &= !(FLAG_OPEN_SURFACE | FLAG_HANGING);
             material.flags |= match (self.inside_out[id], self.open[id]) {
-                // What lies around it is no inside.
+                // The space around an inside-out solid is not an inside.
                 (true, _) => FLAG_OPEN_SURFACE | FLAG_HANGING,
                 (_, true) => FLAG_OPEN_SURFACE,
                 _ => 0,
@@ -275,7 +275,7 @@ impl Media {
         open_surfaces || may_meet || self.boxes.len() > MAX_BOXES || overlap(&self.boxes)
     }
 
-    /// What a person should repair.
+    /// Warnings about meshes that the user should repair.
     pub fn warnings(&self, scene: &Scene) -> Vec<String> {
         let named = |id: usize, what: &str| {
             let name = scene.material_name(id as u32);
@@ -297,13 +297,13 @@ impl Media {
             format!("{}: {what}; give such solids materials with an extras.priority", scene.name)
         });
         let mut warnings: Vec<String> = open.chain(turned).chain(coarse).collect();
-        // Several records of one material say the same.
+        // Several records of one material give the same warning.
         warnings.dedup();
         warnings
     }
 }
 
-/// The triangles of each medium that there is, from whose corners `origin` (m) was subtracted.
+/// Triangles of each medium; `origin` (m) was subtracted from their corners.
 fn by_medium(
     materials: &[Material],
     triangles: impl Iterator<Item = (Triangle, u32)>,
@@ -325,7 +325,7 @@ fn by_medium(
     all.into_par_iter().map(surface).collect()
 }
 
-/// Calls a function with each triangle of these surfaces and the record of its solid.
+/// Calls a function for each triangle of these surfaces, with the record of its solid.
 fn set(surfaces: &[Surface], of_solids: &[u32], mut then: impl FnMut(usize, u32)) {
     let mut first = 0;
     for Surface { triangles, solids, .. } in surfaces {
@@ -336,13 +336,13 @@ fn set(surfaces: &[Surface], of_solids: &[u32], mut then: impl FnMut(usize, u32)
     }
 }
 
-/// The box around a box that is placed (m).
+/// Box around a transformed box (m).
 fn around(bounds: &[Vec3; 2], to_world: &DAffine3) -> [Vec3; 2] {
     let corners = geometry::corners_of_box(bounds.map(|p| p.as_dvec3()));
     geometry::box_around(corners.into_iter().map(|p| to_world.transform_point3(p))).map(|p| p.as_vec3())
 }
 
-/// Whether two of the boxes meet.
+/// Whether any two boxes overlap.
 fn overlap(boxes: &[[Vec3; 2]]) -> bool {
     let meet =
         |[low, high]: &[Vec3; 2], other: &[Vec3; 2]| low.cmple(other[1]).all() && other[0].cmple(*high).all();

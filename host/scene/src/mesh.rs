@@ -1,4 +1,4 @@
-//! A mesh in a space of its own, for instances to place.
+//! A mesh in its own space, for instances.
 
 use std::ops::Range;
 
@@ -15,34 +15,34 @@ use super::deformation::Deformation;
 use super::geometry;
 use super::texture::{self, CornerCoordinates};
 
-/// Parts of a mesh along an axis that have boxes of their own.
+/// Number of parts of a mesh along each axis with their own boxes.
 const PARTS: i32 = 4;
 
-/// A mesh with a BVH of its own.
+/// A mesh with its own BVH.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// Corners of its triangles in its node's space (m); taken when rows are made of them.
+    /// Corners in the space of the mesh's node (m); moved out when records are made.
     pub corners: Vec<[Corner; 3]>,
-    /// Their materials; taken too.
+    /// Materials of the triangles; moved out too.
     pub materials: Vec<u32>,
-    /// Centre of their bounds (m): the origin of its own space, in which its rows are.
+    /// Centre of the bounds (m): the origin of the mesh's own space, which its records use.
     pub centre: DVec3,
-    /// Boxes around its parts in its node's space (m).
+    /// Boxes around parts of the mesh, in the space of its node (m).
     pub boxes: Vec<[DVec3; 2]>,
-    /// Id of its first triangle.
+    /// Id of the first triangle.
     pub first: u32,
-    /// Its triangles.
+    /// Number of triangles.
     pub count: u32,
-    /// Its nodes of the BVH; the first is the root.
+    /// Range of its BVH nodes; the first is the root.
     pub nodes: Range<usize>,
     /// Its deformation, if it has one.
     pub deformation: Option<Deformation>,
-    /// Its blocks of the BVH.
+    /// Range of its BVH blocks.
     blocks: Range<usize>,
 }
 
 impl Mesh {
-    /// A mesh of these triangles, and how many without an area it lost.
+    /// Creates a mesh. Returns it with the number of triangles that were dropped because they have no area.
     pub fn new(mut corners: Vec<[Corner; 3]>, mut materials: Vec<u32>) -> (Mesh, usize) {
         let centre = middle(&corners);
         let keep: Vec<bool> = own_triangles(&corners, centre).map(|own| geometry::has_area(&own)).collect();
@@ -53,7 +53,7 @@ impl Mesh {
         (Mesh { corners, materials, centre, boxes, count, ..Mesh::default() }, dropped)
     }
 
-    /// A mesh that is deformed; it stands as it does at time 0. Triangles without an area stay: they may get one.
+    /// Creates a deforming mesh, in its shape at time 0. Triangles without an area stay, since they may gain one.
     pub fn deforming(deformation: Deformation, materials: Vec<u32>, nodes: &Nodes) -> Mesh {
         let vertices = deformation.deform(nodes);
         let corners: Vec<[Corner; 3]> = deformation.corners(&vertices).collect();
@@ -62,17 +62,17 @@ impl Mesh {
         Mesh { corners, materials, centre, boxes, count, deformation: Some(deformation), ..Mesh::default() }
     }
 
-    /// Its triangles in its own space, and their materials, before rows are made of them.
+    /// Triangles in the mesh's own space with their materials, before records are made.
     pub fn own(&self) -> impl Iterator<Item = (Triangle, u32)> + '_ {
         own_triangles(&self.corners, self.centre).zip(self.materials.iter().copied())
     }
 
-    /// Corners of boxes around it, placed (m): eight after eight.
+    /// Corners of the boxes around its parts, transformed (m): eight a box.
     pub fn hull(&self, to_world: DAffine3) -> impl Iterator<Item = DVec3> + '_ {
         self.corners_of_boxes().map(move |corner| to_world.transform_point3(corner))
     }
 
-    /// Its triangles where nodes are like this, placed (m), before rows are made of it.
+    /// Triangles for a pose of the nodes, transformed (m), before records are made.
     pub fn triangles_at(&self, nodes: &Nodes, to_world: DAffine3) -> Vec<[DVec3; 3]> {
         let deformed = self.deformation.as_ref().map(|deformation| (deformation, deformation.deform(nodes)));
         let transformed =
@@ -83,7 +83,7 @@ impl Mesh {
         }
     }
 
-    /// Triangles across boxes around it, placed (m): all corners of each.
+    /// Triangles across the boxes around its parts, transformed (m). They touch all corners of each box.
     pub fn across(&self, to_world: DAffine3) -> Vec<[DVec3; 3]> {
         let corners: Vec<DVec3> = self.hull(to_world).collect();
         let of_box = |corners: &[DVec3; 8]| {
@@ -92,7 +92,7 @@ impl Mesh {
         corners.as_chunks().0.iter().flat_map(of_box).collect()
     }
 
-    /// Whether no coordinate is too large where it stands.
+    /// Whether all coordinates in the world are within `MAX_COORDINATE`.
     pub fn fits(&self, to_world: &DAffine3, origin: DVec3) -> bool {
         fit(self.corners_of_boxes(), to_world, origin)
     }
@@ -101,7 +101,7 @@ impl Mesh {
         self.boxes.iter().flat_map(|&parts| geometry::corners_of_box(parts))
     }
 
-    /// Appends its rows and its BVH, at most `levels` deep, to those of a scene.
+    /// Appends its records and its BVH, at most `levels` deep, to those of a scene.
     pub fn append(&mut self, scene: &mut Scene, levels: u32, options: &BvhOptions) {
         let (corners, materials) = (std::mem::take(&mut self.corners), std::mem::take(&mut self.materials));
         let own: Vec<Triangle> = own_triangles(&corners, self.centre).collect();
@@ -138,7 +138,7 @@ impl Mesh {
         self.blocks.clone()
     }
 
-    /// Writes its rows for vertices that are deformed, and fits the boxes of its BVH to them.
+    /// Writes the records for deformed vertices, and refits the BVH.
     pub fn deform(&mut self, scene: &mut Scene, vertices: &[Corner]) {
         let Some(deformation) = &self.deformation else { return };
         let corners: Vec<[Corner; 3]> = deformation.corners(vertices).collect();
@@ -163,7 +163,7 @@ impl Mesh {
     }
 }
 
-/// What a triangle has beside its corners.
+/// Surface record of a triangle.
 fn surface(triangle: &Triangle, corners: &[Corner; 3], material: u32) -> TriangleSurface {
     let face = geometry::face_normal(triangle);
     let [normal_a, normal_b, normal_c] = corners.map(|corner| corner.normal.unwrap_or(face));
@@ -177,7 +177,7 @@ fn surface(triangle: &Triangle, corners: &[Corner; 3], material: u32) -> Triangl
     surface
 }
 
-/// Where it lies on textures.
+/// Texture coordinate record of a triangle.
 fn coordinate_record(triangle: &Triangle, corners: &[Corner; 3]) -> TextureCoordinates {
     let mut record = texture::record(triangle, &coordinates(corners));
     if !record.density.is_finite() {
@@ -186,20 +186,20 @@ fn coordinate_record(triangle: &Triangle, corners: &[Corner; 3]) -> TextureCoord
     record
 }
 
-/// Whether no coordinate is too large of points that are placed, around an origin (m).
+/// Whether all transformed points, relative to an origin (m), are within `MAX_COORDINATE`.
 pub fn fit(mut points: impl Iterator<Item = DVec3>, to_world: &DAffine3, origin: DVec3) -> bool {
     let fits = |p: DVec3| p.is_finite() && p.abs().max_element() <= geometry::MAX_COORDINATE;
     points.all(|p| fits(to_world.transform_point3(p) - origin))
 }
 
-/// Where the corners of a triangle lie on textures.
+/// Texture coordinates of a triangle's corners.
 pub fn coordinates(corners: &[Corner; 3]) -> CornerCoordinates {
     let [a, b, c] = corners.map(|corner| corner.tangent);
     let tangents = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
     CornerCoordinates { uv: corners.map(|corner| corner.uv), tangents }
 }
 
-/// Triangles around a centre.
+/// Triangles relative to a centre.
 fn own_triangles(corners: &[[Corner; 3]], centre: DVec3) -> impl Iterator<Item = Triangle> + '_ {
     let own = move |corner: Corner| (corner.position - centre).as_vec3();
     corners.iter().map(move |&[a, b, c]| Triangle { a: own(a), b: own(b), c: own(c) })
@@ -209,13 +209,13 @@ fn bounds(corners: &[[Corner; 3]]) -> [DVec3; 2] {
     geometry::box_around(corners.as_flattened().iter().map(|corner| corner.position))
 }
 
-/// Middle of the bounds.
+/// Centre of the bounds.
 fn middle(corners: &[[Corner; 3]]) -> DVec3 {
     let [lower, upper] = bounds(corners);
     if corners.is_empty() { DVec3::ZERO } else { 0.5 * (lower + upper) }
 }
 
-/// Boxes around the triangles whose middles lie in each cell of a grid: tighter than one when they are turned.
+/// Boxes around the triangles of each grid cell, by their centres: tighter than a single box when the mesh is rotated.
 fn boxes(corners: &[[Corner; 3]]) -> Vec<[DVec3; 2]> {
     let [lower, upper] = bounds(corners);
     let size = (upper - lower).max(DVec3::splat(f64::MIN_POSITIVE));

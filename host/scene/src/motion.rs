@@ -1,24 +1,24 @@
-//! What moves in a scene with its nodes: cameras and lights.
+//! Cameras and lights that move with nodes.
 
 use caustics_kernels::interface::features::Features;
 
 use super::{PunctualLight, SceneCamera};
 
-/// Something on a node.
+/// A camera or a light on a node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnNode<T> {
-    /// Its node.
+    /// Index of the node.
     pub joint: usize,
     /// Whether the node moves.
     pub moves: bool,
-    /// What it is, not yet placed.
+    /// The object in the node's space.
     pub what: T,
 }
 
-/// What moves in a scene beside its meshes.
+/// Moving objects of a scene besides its meshes.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {
-    /// The file, for messages.
+    /// Name of the file in messages.
     pub file: String,
     /// Cameras, in the scene's order.
     pub cameras: Vec<OnNode<SceneCamera>>,
@@ -27,7 +27,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Types of the punctual lights that shine at some time.
+    /// Types of the punctual lights that emit at some time.
     pub fn lights(&self) -> Features {
         let lights = self.lights.iter().filter(|light| light.what.intensity.max_element() > 0.0);
         lights.fold(Features(0), |all, light| all | light.what.shape.feature())

@@ -1,7 +1,7 @@
-//! Open surfaces of media: whether they close off an inside, with the opaque things around them. Imports interface.
+//! Open surfaces of media: tests whether they bound an inside, together with the opaque surfaces around them. Imports interface.
 //!
-//! A pool's water does: whatever lies below its surface was reached through it. Past the border of an open surface that hangs in
-//! the air paths come from one side to the other, and what they carry would depend on their way.
+//! The water of a pool bounds one: paths reach all points below it through its surface. An open surface in the air does not.
+//! Paths pass its border from one side to the other, so the medium that they track would depend on the path.
 
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_HANGING, FLAG_OPEN_SURFACE};
@@ -17,30 +17,30 @@ use glam::Vec3;
 
 use super::{Scene, geometry};
 
-/// Random walks from each open surface's faces.
+/// Number of random walks from each open surface.
 const WALKS: u32 = 2048;
-/// Faces that each of them meets, at most.
+/// Maximum number of faces that a walk meets.
 const MAX_FACES: u32 = 16;
-/// Faces that they start from, at most: what is stored once may have thousands of instances.
+/// Maximum number of faces that walks start from: a stored mesh may have thousands of instances.
 const MAX_STARTS: usize = 1 << 20;
-/// An open surface hangs where one in so many walks comes round its border to the wrong side,
+/// A surface hangs if one walk in `ROUND` passes its border to the wrong side,
 const ROUND: u32 = 100;
-/// or one in so many escapes from its inside past its border: a hull that lacks one of six sides loses one in ten.
+/// or if one in `OPEN` escapes from its inside. A hull that lacks one of six sides loses one in ten.
 const OPEN: u32 = 6;
 
-/// Where a walk ends.
+/// End of a walk.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
     /// On the wrong side of the open surface.
     Round,
     /// Out of the scene, from inside.
     Open,
-    /// Anywhere else.
+    /// Elsewhere.
     Consistent,
 }
 
 impl Scene {
-    /// Marks the open surfaces that hang, as the scene is posed.
+    /// Marks the hanging open surfaces, at the current pose.
     pub(super) fn mark_hanging_surfaces(&mut self) {
         let hangs = |&id: &usize| self.materials[id].flags & FLAG_OPEN_SURFACE != 0 && self.hangs(id);
         let hanging: Vec<usize> = (0..self.materials.len()).filter(hangs).collect();
@@ -49,7 +49,7 @@ impl Scene {
         }
     }
 
-    /// Whether walks from the faces of this material come to the wrong side of one.
+    /// Whether walks from the faces of this material reach the wrong side of its surface.
     fn hangs(&self, material: usize) -> bool {
         let of_material = |id: &usize| self.surfaces[*id].material as usize == material;
         let of_instance = |instance: usize| {
@@ -76,7 +76,7 @@ impl Scene {
         count(End::Round) >= WALKS / ROUND || count(End::Open) >= WALKS / OPEN
     }
 
-    /// Walks from a face, `inside` of it or outside, through whatever transmits and diffusely off the rest.
+    /// Walks from a face, from its inside or its outside, through transmitting surfaces and diffusely off others.
     fn walk(
         &self,
         material: usize,
@@ -115,7 +115,7 @@ impl Scene {
     }
 }
 
-/// A point of a triangle, its normal and clearance.
+/// A point of a triangle, with its normal and clearance.
 fn triangle_point(triangle: &Triangle, [u, v]: [f32; 2]) -> (Vec3, Vec3, f32) {
     let (b, c) = (triangle.b - triangle.a, triangle.c - triangle.a);
     let magnitude = offset::magnitude(triangle.a, triangle.b, triangle.c);

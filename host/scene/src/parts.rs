@@ -1,4 +1,4 @@
-//! What a scene is made of, and the tables made of it.
+//! Parts of a scene, and the tables built from them.
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::bvh::BvhNode;
@@ -17,54 +17,53 @@ use super::motion::Motion;
 use super::texture::{self, TextureParts};
 use super::{PunctualLight, Scene, SceneCamera, SceneError, geometry, light};
 
-/// Geometry, recentred, with its materials, lights and cameras. A scene may be dark or have no camera.
+/// Recentred geometry with materials, lights and cameras. A scene may lack lights and cameras.
 #[derive(Clone, Debug, Default)]
 pub struct SceneParts {
-    /// Name of the scene, or the file for messages.
+    /// Name of the scene, or of the file in messages.
     pub name: String,
     /// Triangles of the world (m).
     pub triangles: Vec<Triangle>,
-    /// What they have beside their corners, one row per triangle; `curvature` and `light` are overwritten.
+    /// Surface records of the triangles; `curvature` and `light` are overwritten.
     pub surfaces: Vec<TriangleSurface>,
-    /// Materials; their priorities are overwritten by a strict order, their media by their indices, and their flags of textures
-    /// by `textures`.
+    /// Materials. A strict order overwrites the priorities, indices the media, and `textures` the flags of textures.
     pub materials: Vec<Material>,
     /// Names of the materials.
     pub material_names: Vec<String>,
-    /// Lights that are no triangles.
+    /// Punctual lights.
     pub lights: Vec<PunctualLight>,
     /// Cameras.
     pub cameras: Vec<SceneCamera>,
-    /// Textures; all empty where nothing is textured.
+    /// Textures; empty without any.
     pub textures: TextureParts,
-    /// What was subtracted from every position (m).
+    /// Origin that was subtracted from every position (m).
     pub origin: DVec3,
-    /// Meshes beside the triangles, and where they stand.
+    /// Meshes besides the world's triangles, and their instances.
     pub instanced: Instanced,
     /// The file's nodes.
     pub rig: NodeTree,
-    /// Index of the node that each triangle of the world is of, as far as it is of one; [`NONE`] and what is left out are none.
+    /// Node of each world triangle; missing entries and [`NONE`] mean no node.
     pub owners: Vec<u32>,
-    /// What moves.
+    /// Cameras and lights on nodes.
     pub motion: Option<Motion>,
-    /// Lower and upper corner of the box around what is to be seen (m); none: around all triangles.
+    /// Lower and upper corner of the box around the subject (m); `None`: around all triangles.
     pub bounds: Option<[Vec3; 2]>,
-    /// How its BVHs are made.
+    /// Options of the BVHs.
     pub bvh: BvhOptions,
 }
 
 impl SceneParts {
-    /// Makes the tables: drops triangles without an area, computes curvatures, clears normals that are the face's, orders
-    /// triangles by the BVH, and builds the light table. What moves stands where it is at time 0.
+    /// Builds the tables, with moving objects at time 0. Drops triangles without an area, computes curvatures, and clears normals
+    /// that equal face normals. Orders triangles by the BVH, and builds the light table.
     ///
     /// # Errors
     ///
-    /// If the parts do not belong together, hold values that no kernel can use, or more than the tables can.
+    /// If the parts do not fit together, hold values that no kernel can use, or exceed the tables.
     pub fn build(mut self) -> Result<Scene, SceneError> {
         self.check()?;
         texture::set_flags(&mut self.materials, &self.textures);
         let (instanced, origin) = (&self.instanced, self.origin);
-        // Nothing stands on a node where none moves.
+        // Nodes matter only if one moves.
         let nodes = self.motion.as_ref().and_then(|_| self.rig.at(0.0).ok()).unwrap_or_default();
         let mut media =
             Media::for_scene(&self.materials, &self.triangles, &self.surfaces, instanced, &nodes, origin);
@@ -74,7 +73,7 @@ impl SceneParts {
         self.check_counts(dropped_triangles)?;
         let bounds = self.bounds.unwrap_or_else(|| self.bounds());
 
-        // The BVH over the world; below a top level where there are instances.
+        // Build the BVH over the world; with instances, it lies below a top level.
         let leaves = self.instanced.instances.len() + usize::from(!self.triangles.is_empty());
         let (top, levels) = match self.instanced.instances.is_empty() {
             true => (0, bvh::LEVELS),
@@ -121,7 +120,7 @@ impl SceneParts {
         self.triangles.len() + self.instanced.triangle_count() == 0
     }
 
-    /// Lower and upper corner of the box around all triangles, wherever they move (m).
+    /// Lower and upper corner of the box around all triangles, over all times (m).
     pub(super) fn bounds(&self) -> [Vec3; 2] {
         let usable = |p: &DVec3| p.is_finite() && p.abs().max_element() <= geometry::MAX_COORDINATE;
         let grow = |bounds: Option<[DVec3; 2]>, p: DVec3| {
@@ -136,12 +135,12 @@ impl SceneParts {
         bounds.unwrap_or_default().map(|corner| corner.as_vec3())
     }
 
-    /// Where nodes are at some times.
+    /// Poses of the nodes at sampled times.
     fn looks(&self) -> Vec<Nodes> {
         self.motion.as_ref().map_or_else(|| vec![Nodes::default()], |_| self.rig.looks().collect())
     }
 
-    /// Refuses parts that do not belong together, and values that no kernel can use.
+    /// Refuses parts that do not fit together, and values that no kernel can use.
     fn check(&mut self) -> Result<(), SceneError> {
         geometry::check(&self.name, &self.triangles, &self.surfaces, &self.materials, &self.material_names)?;
         if self.owners.len() > self.triangles.len() {
@@ -149,7 +148,7 @@ impl SceneParts {
             return Err(SceneError::Tables { file: self.name.clone(), what });
         }
         light::check(&self.name, &self.lights)?;
-        // The coordinates of meshes stand behind the others while they are checked.
+        // Append the coordinates of meshes while they are checked.
         if !self.textures.textures.is_empty() {
             let corners = self.instanced.meshes.iter().flat_map(|mesh| &mesh.corners);
             self.textures.coordinates.extend(corners.map(coordinates));
@@ -160,7 +159,7 @@ impl SceneParts {
         self.check_instances()
     }
 
-    /// Refuses instances of no mesh, and a mesh that emits in several instances.
+    /// Refuses instances of a missing mesh, and an emissive mesh with several instances.
     fn check_instances(&self) -> Result<(), SceneError> {
         let Instanced { meshes, instances, .. } = &self.instanced;
         if let Some(instance) = instances.iter().find(|instance| instance.mesh >= meshes.len()) {
@@ -179,7 +178,7 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Leaves out triangles without an area, with their rows; returns how many.
+    /// Drops triangles without an area, with their records; returns their number.
     fn drop_degenerate(&mut self) -> usize {
         let keep: Vec<bool> = self.triangles.iter().map(geometry::has_area).collect();
         geometry::retain(&mut self.triangles, &keep);
@@ -189,7 +188,7 @@ impl SceneParts {
         keep.iter().filter(|keep| !**keep).count()
     }
 
-    /// Refuses a scene of no triangles, or of more instances than the tables hold.
+    /// Refuses a scene without triangles, or with more instances than the tables hold.
     fn check_counts(&self, dropped: usize) -> Result<(), SceneError> {
         if self.is_empty() {
             return Err(SceneError::NoGeometry { file: self.name.clone(), dropped });
@@ -202,7 +201,7 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Refuses what a BVH of so many levels cannot hold.
+    /// Refuses geometry that a BVH of `levels` levels cannot hold.
     fn check_levels(&self, levels: u32) -> Result<(), SceneError> {
         let meshes = self.instanced.meshes.iter().map(|mesh| mesh.count as usize);
         let largest = meshes.chain([self.triangles.len()]).max().unwrap_or(0);
@@ -214,7 +213,7 @@ impl SceneParts {
         Err(SceneError::Tables { file: self.name.clone(), what: format!("{what} makes its BVH too deep") })
     }
 
-    /// Brings the rows of triangles into the order of the BVH, and completes them.
+    /// Reorders the records of triangles by the BVH, and completes them.
     fn order(&mut self, order: &[u32]) {
         self.triangles = order.par_iter().map(|&id| self.triangles[id as usize]).collect();
         let surface = |(&id, triangle): (&u32, &Triangle)| {

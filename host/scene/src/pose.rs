@@ -1,4 +1,4 @@
-//! The scene's tables at a time: cameras, lights and meshes where their nodes stand.
+//! Pose of a scene: updates the tables of cameras, lights and meshes for a time.
 
 use caustics_kernels::interface::NONE;
 
@@ -8,11 +8,11 @@ use super::{PunctualLight, Scene, SceneError, geometry};
 use super::{light, mesh};
 
 impl Scene {
-    /// Brings cameras, lights and meshes to where they stand at a time (s). The pose before becomes the previous one.
+    /// Moves cameras, lights and meshes to a time (s). The current pose becomes the previous one.
     ///
     /// # Errors
     ///
-    /// If something cannot be shown at this time; then nothing changes.
+    /// If the pose is invalid at this time; then nothing changes.
     pub fn pose(&mut self, time: f64) -> Result<(), SceneError> {
         let recorded = self.recorded_camera(time)?;
         if let Some(pose) = self.pose_at(time)? {
@@ -25,13 +25,13 @@ impl Scene {
         Ok(())
     }
 
-    /// Brings a scene that was edited to time 0, as if it had never stood otherwise: there is no previous pose.
+    /// Moves an edited scene to time 0, without a previous pose.
     pub(super) fn begin(&mut self) -> Result<(), SceneError> {
         self.instanced.forget();
         self.pose(0.0)
     }
 
-    /// Brings a scene that has all its rows to time 0, and finds what emits. There is no previous pose.
+    /// Moves a complete scene to time 0 and finds its emitters. There is no previous pose.
     pub(super) fn start(&mut self) -> Result<(), SceneError> {
         let pose = self.pose_at(0.0)?;
         self.stand(pose.as_ref().unwrap_or(&Pose::default()));
@@ -43,7 +43,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Makes the light table of a scene whose environment is another; what moves then stands where it does at time 0.
+    /// Rebuilds the light table, after the environment changed. Moving objects are then at time 0.
     pub(super) fn light_again(&mut self) -> Result<(), SceneError> {
         if self.motion.is_some() {
             return self.pose(0.0);
@@ -54,7 +54,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Writes the light table, and its ids into the triangles that emit.
+    /// Writes the light table, and the light ids of emissive triangles.
     fn light(&mut self, punctual_lights: &[PunctualLight]) {
         let hull = if self.asks_for_its_hull(punctual_lights) { self.hull() } else { Vec::new() };
         self.environment.enclose(&hull);
@@ -68,12 +68,12 @@ impl Scene {
         (self.lights, self.flux) = (lights, flux);
     }
 
-    /// Whether some light comes from beyond all that can be met.
+    /// Whether a directional light or an environment needs the hull of the scene.
     fn asks_for_its_hull(&self, punctual_lights: &[PunctualLight]) -> bool {
         !self.environment.records.is_empty() || punctual_lights.iter().any(PunctualLight::is_directional)
     }
 
-    /// Writes the rows of cameras and instances.
+    /// Writes the records of cameras and instances.
     fn stand(&mut self, pose: &Pose) {
         if let Some(motion) = &self.motion {
             for (on_node, camera) in motion.cameras.iter().zip(&mut self.cameras) {
@@ -85,7 +85,7 @@ impl Scene {
         self.instanced = instanced;
     }
 
-    /// The pose at a time (s), checked whole, so that a time that cannot be shown changes nothing; none where nothing moves.
+    /// Computes the pose at a time (s) and checks it before anything changes; `None` in a static scene.
     fn pose_at(&self, time: f64) -> Result<Option<Pose>, SceneError> {
         let Some(motion) = &self.motion else { return Ok(None) };
         let wrong = |joint: usize, what: &str| {
@@ -134,12 +134,12 @@ impl Scene {
     }
 }
 
-/// Where everything stands at a time that can be shown.
+/// A valid pose at a time.
 #[derive(Default)]
 struct Pose {
     nodes: Nodes,
-    /// Lights that shine then.
+    /// Lights that emit at this time.
     lights: Vec<PunctualLight>,
-    /// Meshes that are deformed, with their vertices.
+    /// Deformed meshes by their index, with their vertices.
     deformed: Vec<(usize, Vec<Corner>)>,
 }

@@ -1,26 +1,25 @@
-//! Priorities of solids that overlap: among those of one number, the smaller solid's is higher. Imports interface.
+//! Priorities of overlapping solids: among equal priorities of the file, the smaller solid wins. Imports interface.
 //!
-//! Kernels look priorities up by material. A material whose solids lie on both sides of another's, a marble in water on a
-//! plate of the marble's glass, therefore gets a record for each *level*: the level of a solid is one above that of every
-//! larger solid of another material that it may meet. Scenes in which materials can be ordered by their largest solid, which
-//! are most, keep one record each.
+//! Kernels look priorities up by material. The solids of one material can lie on both sides of another's: a glass marble in water
+//! on a glass plate. Such a material gets a record for each *level*. The level of a solid is one above that of every larger solid
+//! of another material that it may meet. In most scenes the largest solids order the materials, and one record each suffices.
 
 use caustics_kernels::interface::material::Material;
 use glam::Vec3;
 
-/// Pairs of boxes that are compared, at most; beyond, every solid is taken to meet every other.
+/// Maximum number of compared pairs of boxes. Above it, every solid counts as meeting every other.
 const MAX_COMPARISONS: usize = 1 << 26;
-/// Pairs of solids that meet, at most, likewise.
+/// Maximum number of pairs of solids that meet, with the same consequence.
 const MAX_MEETINGS: usize = 1 << 22;
 
-/// A solid in the world, for the order of priorities.
+/// A solid in the world, as input of the order of priorities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldSolid {
-    /// Index of its material.
+    /// Index of the material.
     pub material: u32,
-    /// Volume of its box (m^3).
+    /// Volume of the box (m^3).
     pub size: f64,
-    /// The box (m); none of what moves or is open, which may meet anything.
+    /// Box (m); `None` for moving and open solids, which may meet any solid.
     pub bounds: Option<[Vec3; 2]>,
 }
 
@@ -33,7 +32,7 @@ pub fn sizes(solids: &[WorldSolid], materials: usize) -> Vec<f64> {
     sizes
 }
 
-/// Media by rising priority: by the file's number, then the smaller largest solid, then the later material.
+/// Media by ascending priority: by the file's priority, then the smaller largest solid, then the later material.
 pub fn by_largest(materials: &[Material], sizes: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..materials.len()).filter(|&id| materials[id].is_medium()).collect();
     order.sort_by(|&a, &b| {
@@ -43,14 +42,14 @@ pub fn by_largest(materials: &[Material], sizes: &[f64]) -> Vec<usize> {
     order
 }
 
-/// Level of each solid; 0 for all of a number whose materials can be ordered by their largest solid.
+/// Level of each solid. It is 0 for all solids of one priority if their largest solids order the materials.
 pub fn levels(solids: &[WorldSolid], materials: &[Material]) -> Vec<u32> {
     let order = by_largest(materials, &sizes(solids, materials.len()));
     let mut ranks = vec![0; materials.len()];
     order.iter().enumerate().for_each(|(rank, &id)| ranks[id] = rank);
     let number = |solid: &WorldSolid| materials[solid.material as usize].priority;
 
-    // By rising priority, had each solid its own.
+    // Sort by ascending priority, as if each solid had its own.
     let mut sorted: Vec<usize> = (0..solids.len()).collect();
     sorted.sort_by(|&a, &b| {
         let (one, other) = (&solids[a], &solids[b]);
@@ -69,7 +68,7 @@ pub fn levels(solids: &[WorldSolid], materials: &[Material]) -> Vec<u32> {
     levels
 }
 
-/// Levels of solids of one number, the largest first, and whether an order of materials, by `ranks`, disagrees with them.
+/// Levels of solids of one priority, the largest first. Also returns whether the order of materials (`ranks`) contradicts them.
 fn levels_by_size(solids: &[WorldSolid], ranks: &[usize]) -> (Vec<u32>, bool) {
     let met = meetings(solids);
     let may_meet_all = |solid: &WorldSolid| solid.bounds.is_none() || met.is_none();
@@ -95,7 +94,7 @@ fn levels_by_size(solids: &[WorldSolid], ranks: &[usize]) -> (Vec<u32>, bool) {
     (levels, disagree)
 }
 
-/// The highest level of a material, and of all others, among some solids; and the highest rank.
+/// Highest level of a material, and of all other materials, among some solids; and the highest rank.
 #[derive(Clone, Copy, Default)]
 struct Highest {
     first: Option<(u32, u32)>,
@@ -118,7 +117,7 @@ impl Highest {
         }
     }
 
-    /// The highest level of another material.
+    /// Highest level of another material.
     fn beside(&self, material: u32) -> Option<u32> {
         [self.first, self.second]
             .into_iter()
@@ -128,8 +127,8 @@ impl Highest {
     }
 }
 
-/// Pairs of solids whose boxes meet and whose materials differ, by index: the later, then the earlier, in the order of the later.
-/// None where there are too many. Solids without a box are in none.
+/// Pairs of solids of different materials whose boxes meet: the later index, then the earlier, ordered by the later. `None` above
+/// the limits. Solids without a box are left out.
 fn meetings(solids: &[WorldSolid]) -> Option<Vec<[u32; 2]>> {
     let boxed = solids.iter().enumerate().filter_map(|(id, solid)| Some((id as u32, solid.bounds?)));
     let mut boxed: Vec<(u32, [Vec3; 2])> = boxed.collect();
@@ -168,20 +167,20 @@ mod tests {
     }
 
     #[test]
-    fn materials_that_their_largest_solids_order_have_one_level() {
+    fn materials_ordered_by_their_largest_solids_have_one_level() {
         assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, AT), (1, 2.0, AT)], &[0, 0]), [0, 0, 0]);
-        // What meets nothing asks for nothing.
+        // Solids that meet no other need no level.
         assert_eq!(levels_for(&[(0, 8.0, FAR), (1, 4.0, AT), (1, 2.0, AT)], &[0, 0]), [0, 0, 0]);
     }
 
     #[test]
-    fn a_smaller_solid_that_meets_a_larger_one_is_above_it_whatever_else_is_of_its_material() {
+    fn smaller_solid_is_above_the_larger_solids_that_it_meets() {
         assert_eq!(levels_for(&[(0, 8.0, FAR), (1, 4.0, AT), (0, 2.0, AT)], &[0, 0]), [0, 0, 1]);
         assert_eq!(
             levels_for(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT), (1, 1.0, AT)], &[0, 0]),
             [0, 1, 2, 3]
         );
-        // Many of many sizes ask for no more than they are nested.
+        // Many solids of many sizes need no more levels than their nesting depth.
         let jars = (0..100).flat_map(|id| {
             let at = Some([Vec3::splat(2.0 * id as f32), Vec3::splat(2.0 * id as f32 + 1.0)]);
             let size = f64::from(id + 1);
@@ -192,13 +191,13 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_or_is_open_may_meet_anything() {
+    fn moving_and_open_solids_may_meet_any_solid() {
         assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, FAR), (0, 2.0, None)], &[0, 0]), [0, 0, 1]);
         assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, None), (0, 2.0, FAR)], &[0, 0]), [0, 1, 2]);
     }
 
     #[test]
-    fn numbers_of_the_file_stand_before_sizes() {
+    fn priorities_of_the_file_precede_sizes() {
         assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT)], &[1, 0]), [0, 0, 0]);
         assert_eq!(levels_for(&[(0, 8.0, AT), (1, 4.0, AT), (0, 2.0, AT)], &[7, 7]), [0, 1, 2]);
         assert_eq!(
@@ -208,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_what_is_compared_every_solid_meets_every_other() {
+    fn above_the_comparison_limit_every_solid_meets_every_other() {
         let near = (0..4500).map(|id| (1 + id % 2, 4500.0 - f64::from(id), AT));
         let solids: Vec<_> = [(0, 1e4, FAR)].into_iter().chain(near).chain([(0, 0.5, FAR)]).collect();
         assert_eq!(levels_for(&solids, &[0, 0, 0]), (0..4502).collect::<Vec<_>>());

@@ -1,5 +1,5 @@
-//! Punctual lights [KHR_lights_punctual]: points, spots and directional lights, and the rows of the light table that
-//! they make.
+//! Punctual lights [KHR_lights_punctual]: points, spots and directional lights,
+//! and their records in the light table.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,22 +13,22 @@ use gltf::json::validation::Checked;
 
 use super::geometry;
 
-/// Smallest outer angle of a spot (rad): a chord of such a cone still has three digits in f32.
+/// Minimum outer angle of a spot (rad): a chord of such a cone still has three digits in f32.
 const MIN_CONE: f64 = 1e-4;
 
 /// A light without an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PunctualLight {
-    /// Position (m); a directional light has none.
+    /// Position (m); not used by directional lights.
     pub position: Vec3,
-    /// Each channel's radiant intensity (W sr^-1) (a spot's: in its inner cone), or a directional light's irradiance
-    /// on a plane across (W m^-2).
+    /// Radiant intensity of each channel (W sr^-1), for a spot within its inner cone.
+    /// A directional light has its irradiance on a perpendicular plane instead (W m^-2).
     pub intensity: Vec3,
-    /// Where it shines.
+    /// Angular distribution.
     pub shape: LightShape,
 }
 
-/// Where a punctual light shines.
+/// Angular distribution of a punctual light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum LightShape {
     /// Evenly in all directions.
@@ -51,7 +51,7 @@ pub enum LightShape {
 }
 
 impl LightShape {
-    /// What a file says, along -z; else what is wrong with it.
+    /// Reads a light of a file, along -z; an error describes the fault.
     pub fn from_gltf(light: &khr_lights_punctual::Light) -> Result<LightShape, String> {
         match light.type_ {
             Checked::Valid(Type::Point) => Ok(LightShape::Point),
@@ -69,7 +69,7 @@ impl LightShape {
         }
     }
 
-    /// The bit of what a scene with such a light needs.
+    /// Kernel feature of this type of light.
     pub fn feature(self) -> Features {
         match self {
             LightShape::Point => Features::POINT_LIGHTS,
@@ -85,23 +85,23 @@ impl PunctualLight {
         PunctualLight { position, intensity, shape: LightShape::Point }
     }
 
-    /// The light on a node, in a world whose centre is `origin` (m); none where it has a direction and the node's axes
-    /// have no length.
+    /// Transforms the light of a node, in a world recentred to `origin` (m).
+    /// `None` if the light needs a direction and the node's axes have no length.
     pub fn placed(&self, to_world: &DAffine3, origin: DVec3) -> Option<Self> {
-        // Light that has a direction goes along -z; scale does not count.
+        // The direction is -z; scale has no effect.
         let aim = || (-to_world.matrix3.z_axis).try_normalize().map(|direction| direction.as_vec3());
         let shape = match self.shape {
             LightShape::Spot { inner, outer, .. } => LightShape::Spot { direction: aim()?, inner, outer },
             LightShape::Directional { .. } => LightShape::Directional { direction: aim()? },
             evenly => evenly,
         };
-        // A directional light may stand anywhere: its position says nothing.
+        // A directional light has no position.
         let stands = !matches!(shape, LightShape::Directional { .. });
         let position = if stands { (to_world.translation - origin).as_vec3() } else { Vec3::ZERO };
         Some(PunctualLight { position, shape, ..*self })
     }
 
-    /// Why no kernel can use it.
+    /// Reason why no kernel can use the light; `None` if it is valid.
     pub fn fault(&self) -> Option<String> {
         let lit = self.intensity.to_array().iter().all(|value| (0.0..=1e30).contains(value));
         let placed = matches!(self.shape, LightShape::Directional { .. })
@@ -217,7 +217,7 @@ mod tests {
                 assert!(depth > 0.0, "{direction}: {depth}");
                 assert!((along - direction * depth).length() < light.radius);
             }
-            // No wider than the circle around the bounds of what is seen.
+            // The disc is no wider than the circle around the bounds of the scene.
             assert!(light.radius < 2.0_f32.sqrt() + 1e-4, "{}", light.radius);
         }
     }

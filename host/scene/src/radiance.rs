@@ -1,25 +1,25 @@
-//! Three radiances, as people write them.
+//! Radiance of three channels as text.
 
 use std::str::FromStr;
 
 use glam::Vec3;
 
-/// Largest radiance of a channel that is taken (W m^-2 sr^-1).
+/// Maximum radiance of a channel (W m^-2 sr^-1).
 const LARGEST: f32 = 1e30;
 
-/// Radiance of each channel (W m^-2 sr^-1), each from 0 to 1e30; as text `R,G,B`.
+/// Radiance of each channel (W m^-2 sr^-1), from 0 to 1e30; as text `R,G,B`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Radiance(pub Vec3);
 
 impl Radiance {
-    /// Three channels, each within the range.
+    /// Radiance of three channels; `None` if one is out of range.
     pub fn new(channels: &[f32]) -> Option<Radiance> {
         let within = |channel: &f32| (0.0..=LARGEST).contains(channel);
         let channels: [f32; 3] = channels.try_into().ok()?;
         channels.iter().all(within).then(|| Radiance(channels.into()))
     }
 
-    /// Whether a text is a list of numbers, which no file is named like.
+    /// Whether a text is a list of numbers, and so is not a file name.
     pub(super) fn is_meant(text: &str) -> bool {
         text.split(',').all(|part| part.trim().parse::<f32>().is_ok())
     }
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn three_numbers_in_range_are_a_radiance() {
+    fn radiance_is_parsed_from_three_numbers_in_range() {
         assert_eq!("0.5, 0,1e30".parse(), Ok(Radiance(Vec3::new(0.5, 0.0, 1e30))));
         for wrong in ["", "1", "1,2", "1,2,3,4", "1,2,x", "-1,0,0", "1e31,0,0", "nan,0,0", "sky.hdr"] {
             assert!(wrong.parse::<Radiance>().unwrap_err().contains("three numbers"), "{wrong}");

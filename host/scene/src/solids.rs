@@ -1,4 +1,4 @@
-//! Whether triangles close, and the solids that they bound. Imports interface.
+//! Solids that triangles bound, and whether their surfaces are closed. Imports interface.
 
 use std::collections::HashMap;
 
@@ -9,43 +9,43 @@ use rayon::prelude::*;
 use super::borders::Borders;
 use super::geometry;
 
-/// Pairs of a cavity and a solid that may hold it which are compared, at most; beyond, all closed parts are one solid.
+/// Maximum number of compared pairs of a cavity and a solid. Above it, all closed parts are one solid.
 const MAX_PAIRS: usize = 1 << 24;
 
-/// What triangles bound.
+/// Solids bounded by triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solids {
-    /// Whether every edge is covered as often one way as the other: no border is open.
+    /// Whether each edge occurs equally often in both directions, so that no border is open.
     pub is_closed: bool,
-    /// Boxes around what hangs together (m).
+    /// Boxes around connected parts (m).
     pub boxes: Vec<[Vec3; 2]>,
-    /// The solids. A cavity belongs to the one that it is in; all that is open is one.
+    /// The solids. A cavity belongs to the solid around it; all open parts are one solid.
     pub solids: Vec<Solid>,
-    /// Index of the solid that each triangle bounds.
+    /// Index of each triangle's solid.
     pub of_triangle: Vec<u32>,
 }
 
-/// What hangs together, with its cavities.
+/// A connected part with its cavities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solid {
-    /// The box around it (m).
+    /// Box around the solid (m).
     pub bounds: [Vec3; 2],
-    /// Volume of its box, of the largest box of what is open (m^3).
+    /// Volume of the box (m^3); for the open solid, of its largest part's box.
     pub size: f64,
-    /// What it encloses (m^3); negative where its fronts look inwards.
+    /// Enclosed volume (m^3); negative if fronts face inwards.
     pub volume: f64,
-    /// Whether it has an open border.
+    /// Whether the solid has an open border.
     pub is_open: bool,
 }
 
 impl Solids {
-    /// What these triangles bound, from whose corners `origin` (m) was subtracted. Corners are one where they are equal, or,
-    /// along borders, differ by rounding.
+    /// Finds the solids of these triangles; `origin` (m) was subtracted from their corners. Corners coincide if they are equal
+    /// or, along borders, differ by rounding.
     pub fn from_triangles(triangles: &[Triangle], origin: DVec3) -> Solids {
         let (ids, points) = welded(triangles);
         let Borders { open, joins } = Borders::from_triangles(&ids, &points, tolerance(&points, origin));
 
-        // Parts: what corners of triangles, rounding and long edges hang together.
+        // Connect parts: by corners of triangles, by rounding, and along split edges.
         let mut roots = Roots((0..points.len() as u32).collect());
         ids.iter().flat_map(|&[a, b, c]| [[a, b], [a, c]]).chain(joins).for_each(|[a, b]| roots.join(a, b));
         let mut of_root: HashMap<u32, usize> = HashMap::new();
@@ -76,8 +76,8 @@ impl Solids {
     }
 }
 
-/// Distance (m) within which borders meet. Corners and the points of edges between them are rounded in the file's space and again
-/// around the origin, by less than 4 ulp in all; nothing that is 1e-5 of the whole wide is closed by it.
+/// Maximum distance (m) of coinciding border points. Corners, and points of edges between them, are rounded in the file's space and
+/// around the origin, by less than 4 ulp in all. Gaps as wide as 1e-5 of the whole stay open.
 fn tolerance(points: &[Vec3], origin: DVec3) -> f64 {
     let [low, high] = geometry::box_around(points.iter().map(|p| p.as_dvec3()));
     let max_abs = |p: DVec3| p.abs().max_element();
@@ -91,7 +91,7 @@ fn volume_of_box(&[low, high]: &[Vec3; 2]) -> f64 {
     x * y * z
 }
 
-/// The part that each becomes one with: what is open with the first that is, a cavity with the smallest solid around it.
+/// Part that each part merges with: open parts with the first open one, a cavity with the smallest solid around it.
 fn owners(parts: &[Solid]) -> Vec<usize> {
     let mut into: Vec<usize> = (0..parts.len()).collect();
     let parts_where = |is_wanted: fn(&Solid) -> bool| -> Vec<usize> {
@@ -117,7 +117,7 @@ fn owners(parts: &[Solid]) -> Vec<usize> {
     into
 }
 
-/// The solids that parts make with those that they become one with, and the solid of each part.
+/// Merges parts into solids, and returns the solid of each part.
 fn merged(parts: &[Solid], into: &[usize]) -> (Vec<Solid>, Vec<u32>) {
     let mut solids: Vec<Solid> = Vec::new();
     let mut of_owner = vec![u32::MAX; parts.len()];
@@ -139,11 +139,11 @@ fn merged(parts: &[Solid], into: &[usize]) -> (Vec<Solid>, Vec<u32>) {
     (solids, of_part)
 }
 
-/// Points that hang together.
+/// Disjoint sets of connected points.
 struct Roots(Vec<u32>);
 
 impl Roots {
-    /// The least of the points that hang together with this one.
+    /// Smallest point that is connected with this one.
     fn find(&mut self, mut id: u32) -> u32 {
         let Roots(parents) = self;
         while parents[id as usize] != id {
@@ -159,9 +159,9 @@ impl Roots {
     }
 }
 
-/// Corners as indices of different points.
+/// Corners as indices of distinct points.
 fn welded(triangles: &[Triangle]) -> (Vec<[u32; 3]>, Vec<Vec3>) {
-    // Zeros of both signs are one.
+    // Both zeros are equal.
     let bits = |p: Vec3| (p + 0.0).to_array().map(f32::to_bits);
     let corners = triangles.iter().flat_map(|t| [t.a, t.b, t.c]);
     let mut sorted: Vec<_> = corners.zip(0u32..).map(|(p, at)| (bits(p), at)).collect();
@@ -201,7 +201,7 @@ mod tests {
         Solids::from_triangles(triangles, DVec3::ZERO)
     }
 
-    /// What all of them enclose (m^3).
+    /// Total enclosed volume (m^3).
     fn volume(found: &Solids) -> f64 {
         found.solids.iter().map(|solid| solid.volume).sum()
     }
@@ -210,7 +210,7 @@ mod tests {
         triangles.into_iter().map(|Triangle { a, b, c }| Triangle { a, b: c, c: b }).collect()
     }
 
-    /// A cube whose faces are cut in grids of different sizes, so that corners of one lie on edges of others.
+    /// A cube whose faces are cut in grids of different sizes, so that corners of one face lie on edges of others.
     fn patched(counts: [u32; 6]) -> Vec<Triangle> {
         let faces = cube(Vec3::splat(0.1));
         let patch = |(pair, count): (&[Triangle], u32)| {
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_box_has_its_volume_and_its_place() {
+    fn closed_box_has_its_volume_and_bounds() {
         let found = solids(&cube(Vec3::splat(2.0)));
         assert!(found.is_closed && (volume(&found) - 1.0).abs() < 1e-6);
         assert_eq!(found.boxes, [[Vec3::splat(2.0), Vec3::splat(3.0)]]);
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_or_turned_triangle_is_a_border() {
+    fn missing_or_flipped_triangle_opens_a_border() {
         let mut open = cube(Vec3::ZERO);
         let Triangle { a, b, c } = open.pop().expect("twelve");
         assert!(!solids(&open).is_closed);
@@ -258,31 +258,31 @@ mod tests {
     }
 
     #[test]
-    fn an_edge_along_several_shorter_ones_is_no_border() {
-        // One corner on an edge; several, at the same and at other positions on both sides; thirds, which are rounded.
+    fn edge_along_several_shorter_ones_opens_no_border() {
+        // One corner on an edge; several, at equal and different positions on both sides; thirds, which are rounded.
         for counts in [[1, 1, 2, 1, 1, 1], [2, 3, 4, 1, 5, 6], [3, 7, 11, 13, 17, 19]] {
             let mut patched = patched(counts);
             let found = solids(&patched);
             assert!(found.is_closed && found.solids.len() == 1, "{counts:?}: {found:?}");
             assert!((volume(&found) - 1.0).abs() < 1e-5);
-            // Far from the origin, where coordinates have been rounded more.
+            // Far from the origin, coordinates are rounded more.
             let origin = DVec3::splat(100.0);
             let far = |p: Vec3| ((p.as_dvec3() + origin).as_vec3().as_dvec3() - origin).as_vec3();
             let moved = patched.iter().map(|t| Triangle { a: far(t.a), b: far(t.b), c: far(t.c) });
             assert!(Solids::from_triangles(&moved.collect::<Vec<_>>(), origin).is_closed, "{counts:?}");
-            // A hole remains one,
+            // A hole stays open,
             let lost = patched.pop().expect("many");
             assert!(!solids(&patched).is_closed && solids(&patched).solids.iter().all(|solid| solid.is_open));
-            // as does a gap beside an edge that is wider than rounding.
+            // and so does a gap beside an edge that is wider than rounding.
             patched.push(Triangle { c: lost.c + 1e-4, ..lost });
             assert!(!solids(&patched).is_closed, "{counts:?}");
         }
     }
 
     #[test]
-    fn a_corner_that_lies_beside_an_edge_by_rounding_opens_no_border() {
+    fn corner_beside_an_edge_by_rounding_opens_no_border() {
         let mut patched = patched([1, 1, 2, 1, 1, 1]);
-        // The corners of the third face that lie amid edges, moved off them by two units in the last place.
+        // Move the corners of the third face that lie within edges by two units in the last place.
         let middle = |p: &Vec3| p.to_array().into_iter().filter(|x| (x - 0.6).abs() < 1e-6).count() == 1;
         let mut moved = 0;
         for triangle in &mut patched {
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn edges_that_meet_only_at_their_ends_stay_open() {
-        // Without one of its faces a finely cut box is open, and so is a strip whose edges cross without a corner there.
+        // A finely cut box without one face is open, and so is a strip whose edges cross without a common corner.
         let mut open = patched([4, 3, 5, 2, 6, 1]);
         open.truncate(open.len() - 2);
         assert!(!solids(&open).is_closed);
@@ -306,12 +306,12 @@ mod tests {
             Triangle { a: Vec3::ZERO, b: Vec3::X, c: Vec3::Y },
             Triangle { a: Vec3::new(0.5, -1.0, 0.0), b: Vec3::new(0.5, 1.0, 0.0), c: Vec3::Z },
         ];
-        assert_eq!(solids(&strip).solids.len(), 1, "what is open is one");
+        assert_eq!(solids(&strip).solids.len(), 1, "open parts must be one solid");
         assert!(!solids(&strip).is_closed);
     }
 
     #[test]
-    fn parts_have_boxes_of_their_own() {
+    fn separate_parts_are_separate_solids() {
         let found = solids(&[cube(Vec3::ZERO), cube(Vec3::splat(5.0))].concat());
         assert!(found.is_closed && found.boxes.len() == 2 && found.solids.len() == 2);
         assert!(found.solids.iter().all(|solid| (solid.size - 1.0).abs() < 1e-6));
@@ -319,13 +319,13 @@ mod tests {
     }
 
     #[test]
-    fn a_cavity_belongs_to_the_smallest_solid_around_it() {
+    fn cavity_belongs_to_the_smallest_solid_around_it() {
         let scaled = |triangles: Vec<Triangle>, by: f32| -> Vec<Triangle> {
             let by = |p: Vec3| 0.5 + (p - 0.5) * by;
             triangles.iter().map(|t| Triangle { a: by(t.a), b: by(t.b), c: by(t.c) }).collect()
         };
         let cube = || cube(Vec3::ZERO);
-        // A ball in the hollow of a box in a larger box, all of one material.
+        // A ball in the cavity of a box in a larger box, all of one material.
         let all = [scaled(cube(), 4.0), scaled(turned(cube()), 0.5), cube(), scaled(cube(), 0.2)].concat();
         let found = solids(&all);
         assert_eq!((found.boxes.len(), found.solids.len()), (4, 3));

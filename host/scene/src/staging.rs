@@ -1,4 +1,4 @@
-//! What a scene gets that its file does not have: a camera, a light, a floor.
+//! Staging: adds a camera, a light and a floor that a file lacks.
 
 use std::path::Path;
 
@@ -6,54 +6,54 @@ use serde::Deserialize;
 
 use super::{CameraChoice, Edits, EnvironmentMap, Eye, LoadOptions, Recorded, Scene, SceneError, Viewpoint};
 
-/// When a scene gets the default light.
+/// Condition for the default light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DefaultLight {
-    /// Where it has none; or where no other light than what its materials emit, no camera, and nobody says where the eye stands:
-    /// a thing rather than a scene.
+    /// If the scene has no light. Also if it is a single object: only its materials emit, it has no camera, and the user does not
+    /// place the eye.
     #[default]
     Auto,
-    /// Whatever it has.
+    /// In every scene.
     Always,
-    /// Not at all: one without any light is refused.
+    /// In no scene: a scene without light is refused.
     Never,
 }
 
-/// What a person wants beside what a file holds.
+/// Choices of the user besides the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Staging {
-    /// The camera.
+    /// Choice of the camera.
     pub camera: CameraChoice,
-    /// How the file is read.
+    /// Options of loading.
     pub load: LoadOptions,
-    /// What is changed of it. The nodes are grabbed, and where they say where the camera is that is the first.
+    /// Edits of the scene. The edited nodes are loaded as grabbed, and a camera of the edits becomes the first.
     pub edits: Option<Edits>,
-    /// Light from all around, in place of the file's.
+    /// Environment in place of the file's.
     pub environment: Option<EnvironmentMap>,
-    /// When it gets the default light.
+    /// Condition for the default light.
     pub default_light: DefaultLight,
-    /// Width over height of the images; a camera that is placed has all in view then.
+    /// Aspect ratio of the images (width over height), by which a placed camera shows the whole scene.
     pub aspect: f64,
 }
 
-/// A scene that can be rendered.
+/// A scene that is ready to render.
 #[derive(Clone, Debug)]
 pub struct Staged {
     /// The scene.
     pub scene: Scene,
     /// Name of the camera.
     pub camera: String,
-    /// What it got, for people: a line each.
+    /// Additions, one line each, for the user.
     pub notes: Vec<String>,
 }
 
 impl Staging {
-    /// Loads a scene and gives it what it lacks and what is asked for.
+    /// Loads a scene, adds missing parts, and applies the choices of the user.
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::load`]; no light where no default is wanted; a camera that is not there, or cannot be placed.
+    /// Errors of [`Scene::load`]; a missing light without a default light; a camera that does not exist or cannot be placed.
     pub fn load(&self, path: &Path) -> Result<Staged, SceneError> {
         let mut load = self.load.clone();
         load.grabbed.extend(self.edits.iter().flat_map(Edits::grabbed));
@@ -72,7 +72,7 @@ impl Staging {
         Ok(Staged { scene, camera, notes })
     }
 
-    /// Adds the default light where it is wanted.
+    /// Adds the default light if its condition holds.
     fn light(&self, scene: &mut Scene, file: &str, notes: &mut Vec<String>) -> Result<(), SceneError> {
         match (scene.is_dark(), self.default_light) {
             (true, DefaultLight::Never) => return Err(SceneError::NoLight { file: file.into() }),
@@ -83,7 +83,7 @@ impl Staging {
             (false, DefaultLight::Always) => {
                 notes.push(format!("beside its own light: {}", scene.add_default_light()?));
             }
-            // A thing rather than a scene, whose eyes or headlights glow.
+            // A single object whose parts glow, such as headlights.
             (false, DefaultLight::Auto)
                 if scene.cameras.is_empty() && !self.places_eye() && scene.only_glows() =>
             {
@@ -98,13 +98,13 @@ impl Staging {
         Ok(())
     }
 
-    /// Whether options or edits say where the eye stands. An orbit goes round a thing.
+    /// Whether options or edits place the eye. An orbit does not: it goes round a single object.
     fn places_eye(&self) -> bool {
         let is_at = matches!(self.camera, CameraChoice::Placed(Viewpoint { eye: Some(Eye::At(_)), .. }));
         is_at || self.edits.as_ref().is_some_and(Edits::has_camera)
     }
 
-    /// Name of the camera; places it where it is none of the file.
+    /// Returns the name of the camera; places the camera if the file does not have it.
     fn camera(&self, scene: &mut Scene, path: &Path, notes: &mut Vec<String>) -> Result<String, SceneError> {
         let edited = self.edits.as_ref().and_then(|edits| edits.camera);
         let (viewpoint, why) = match &self.camera {

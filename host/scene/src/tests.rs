@@ -1,4 +1,4 @@
-//! The committed scenes are what they promise.
+//! Committed scenes: warnings, kernel features, and visibility in the mirror room.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn load(name: &str) -> Scene {
         .unwrap()
 }
 
-/// Distance and triangle of the closest hit, by trying every triangle [Moeller and Trumbore 1997].
+/// Distance and triangle of the closest hit, by brute force [Moeller and Trumbore 1997].
 fn closest(scene: &Scene, origin: Vec3, direction: Vec3) -> Option<(f32, usize)> {
     let hit = |triangle: &Triangle| {
         let (ab, ac) = (triangle.b - triangle.a, triangle.c - triangle.a);
@@ -44,7 +44,7 @@ fn scenes_load_without_warnings() {
 }
 
 #[test]
-fn scenes_need_what_they_show() {
+fn scenes_need_the_features_that_they_show() {
     let common = Features::AREA_LIGHTS | Features::SMOOTH_NORMALS | Features::RECEIVERS;
     let casting = common | Features::CASTERS | Features::MIRROR;
     assert_eq!(load("mirror-room").features(0.25), casting | Features::DIELECTRIC);
@@ -64,7 +64,7 @@ fn casters_and_table_are_seen_in_the_mirror_only() {
         let direction = (camera.forward + x * camera.right + y * camera.up).normalize();
         let (distance, first) = closest(&scene, camera.position, direction).expect("the room is closed");
         if material(&scene, first) != "mirror" {
-            // What is seen directly gets no light from the mirror at once: it faces away.
+            // Surfaces that the camera sees directly face away from the mirror, and get no light from it at once.
             let normal = geometry::face_normal(&scene.triangles[first]);
             let facing = normal * -normal.dot(direction).signum();
             assert!(facing.z > 0.9, "{} faces {facing}", material(&scene, first));
@@ -75,8 +75,8 @@ fn casters_and_table_are_seen_in_the_mirror_only() {
         let (_, second) = closest(&scene, camera.position + distance * direction, mirrored).unwrap();
         seen.push(material(&scene, second));
     }
-    assert!(in_mirror > 96 * 54 / 2, "the mirror fills {in_mirror} pixels");
+    assert!(in_mirror > 96 * 54 / 2, "the mirror must fill half of the image: {in_mirror} pixels");
     for name in ["ball", "ring", "table"] {
-        assert!(seen.contains(&name), "{name} is not seen in the mirror");
+        assert!(seen.contains(&name), "{name} must be seen in the mirror");
     }
 }

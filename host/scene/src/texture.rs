@@ -1,4 +1,4 @@
-//! Textures of a scene: images in, tables with all levels out.
+//! Textures of a scene: builds tables with all levels from images.
 
 use caustics_kernels::interface::texture::{
     CHUNK_COUNT, CHUNK_TEXELS, MaterialTextures, Texture, TextureCoordinates,
@@ -16,14 +16,14 @@ mod levels;
 mod parts;
 pub(crate) mod srgb;
 
-/// The tables.
+/// Texture tables.
 #[derive(Clone, Debug, Default)]
 pub struct TextureData {
     /// Textures.
     pub textures: Vec<Texture>,
-    /// Which of them a material has.
+    /// Textures of each material.
     pub materials: Vec<MaterialTextures>,
-    /// Where triangles lie on them.
+    /// Texture coordinates of each triangle.
     pub coordinates: Vec<TextureCoordinates>,
     /// Texels of all chunks.
     pub texels: Vec<u32>,
@@ -37,7 +37,7 @@ impl TextureData {
         &self.texels[end.min(chunk as usize * size)..end]
     }
 
-    /// Least and largest byte of a channel in a texture's finest level; averages lie between.
+    /// Minimum and maximum byte of a channel in a texture's finest level; averages lie between them.
     pub fn range(&self, texture: u32, channel: u32) -> [u8; 2] {
         let Texture { offset, width, height, .. } = self.textures[texture as usize];
         let texels = &self.texels[offset as usize..][..(width * height) as usize];
@@ -46,7 +46,7 @@ impl TextureData {
     }
 }
 
-/// Texels of images of these sizes with all their levels; refuses more than the kernels' buffers hold.
+/// Number of texels of images of these sizes with all levels. Refuses more than the kernels' buffers hold.
 pub fn check_texels(file: &str, sizes: impl Iterator<Item = (u32, u32)>) -> Result<u64, SceneError> {
     let limit = u64::from(CHUNK_COUNT) * u64::from(CHUNK_TEXELS);
     let count = sizes.map(|(width, height)| levels::texels(width, height)).sum();
@@ -56,9 +56,9 @@ pub fn check_texels(file: &str, sizes: impl Iterator<Item = (u32, u32)>) -> Resu
     Ok(count)
 }
 
-/// The tables of checked parts over triangles with their coordinates in the same order.
+/// Builds the tables of checked parts over triangles, whose coordinates have the same order.
 pub fn build(file: &str, parts: TextureParts, triangles: &[Triangle]) -> Result<TextureData, SceneError> {
-    // Textures of one image and role share their texels.
+    // Textures with equal image and role share their texels.
     let mut stored: Vec<(usize, Role, Texture)> = Vec::new();
     let mut textures = Vec::with_capacity(parts.textures.len());
     let mut end = 0_u64;

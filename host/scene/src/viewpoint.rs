@@ -1,4 +1,4 @@
-//! A camera for a scene that has none, or for who wants another: what a person says of it, and what follows from the bounds.
+//! Placed cameras: the user's viewpoint, completed from the bounds of the scene.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,72 +7,72 @@ use glam::DVec3;
 
 use super::{Scene, SceneCamera, SceneError, geometry};
 
-/// Where it stands if nobody says so: to the right of the front, which is +z in glTF, and above (degrees).
+/// Default orbit: to the right of the front, which is +z in glTF, and above (degrees).
 const THREE_QUARTER: Orbit = Orbit { azimuth: 30.0, elevation: 20.0, distance: None };
-/// Vertical field of view if nobody says so (degrees).
+/// Default vertical field of view (degrees).
 const FIELD: f64 = 40.0;
-/// Share of the image that the bounds fill at most, along its width and its height.
+/// Maximum share of the image's width and height that the bounds fill.
 const FILLED: f64 = 0.9;
-/// Steepest orbit (degrees): from straight above there is no right and left.
+/// Maximum elevation of an orbit (degrees): from straight above left and right are undefined.
 const STEEPEST: f64 = 89.9;
-/// Farthest position from the scene's origin (m): some times the largest coordinate of a triangle.
+/// Maximum distance of a position from the scene's origin (m): a multiple of the largest coordinate of a triangle.
 const FARTHEST: f64 = 1e10;
-/// Vertical fields of view that a person may ask for (degrees).
+/// Range of vertical fields of view for users (degrees).
 pub const FIELDS: std::ops::RangeInclusive<f64> = 0.1..=170.0;
 
 /// A position in the file's coordinates (m).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Position(pub DVec3);
 
-/// A way round what is looked at.
+/// A position on an orbit around the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     /// Angle round the y axis, from +z towards +x (degrees).
     pub azimuth: f64,
     /// Angle above the plane of x and z (degrees), -90 to 90.
     pub elevation: f64,
-    /// Distance from what is looked at (m); none: so that all is in view.
+    /// Distance from the target (m); `None`: the minimum that shows the whole scene.
     pub distance: Option<f64>,
 }
 
-/// Where the eye is.
+/// Position of the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eye {
     /// At a position.
     At(Position),
-    /// On a way round what is looked at.
+    /// On an orbit around the target.
     On(Orbit),
 }
 
-/// What a person says of a camera; the rest follows from the scene's bounds.
+/// Viewpoint of the user; missing parts follow from the scene's bounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Viewpoint {
-    /// Where the eye is; none: a three-quarter view from the front, all in view.
+    /// Eye; `None`: a three-quarter view from the front that shows the whole scene.
     pub eye: Option<Eye>,
-    /// What it looks at; none: the centre of the bounds.
+    /// Target; `None`: the centre of the bounds.
     pub look_at: Option<Position>,
     /// Vertical field of view (degrees), in (0, 180).
     pub field: Option<f64>,
 }
 
-/// Which camera is looked through.
+/// Choice of the camera.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum CameraChoice {
-    /// The file's first; a three-quarter view where it has none.
+    /// The file's first camera; a three-quarter view if the file has none.
     #[default]
     First,
-    /// That of a name.
+    /// Camera of this name.
     Named(String),
-    /// One that is placed, whatever the file has.
+    /// A placed camera.
     Placed(Viewpoint),
 }
 
 impl CameraChoice {
-    /// What options say: the name of a camera, or `orbit:AZIMUTH,ELEVATION[,DISTANCE]`; positions and a field of view.
+    /// Reads the options: the name of a camera or `orbit:AZIMUTH,ELEVATION[,DISTANCE]`, positions, and a field of view.
     ///
     /// # Errors
     ///
-    /// If they contradict each other, or an orbit or a field of view is none; the message names no option's dashes.
+    /// If options contradict each other, or an orbit or a field of view is invalid. The message names options without dashes.
     pub fn from_options(
         camera: Option<&str>,
         from: Option<Position>,
@@ -103,7 +103,7 @@ impl CameraChoice {
 }
 
 impl Orbit {
-    /// Unit direction from what is looked at to the eye.
+    /// Unit direction from the target to the eye.
     pub fn to_eye(&self) -> DVec3 {
         let (azimuth, elevation) =
             (self.azimuth.to_radians(), self.elevation.clamp(-STEEPEST, STEEPEST).to_radians());
@@ -113,11 +113,11 @@ impl Orbit {
 }
 
 impl Viewpoint {
-    /// With nothing left open, for a scene of these bounds (m) and images of this width over height; what was left open is
-    /// rounded to five digits of the distance.
+    /// Completes the viewpoint for a scene of these bounds (m) and images of this aspect ratio (width over height). Computed
+    /// parts are rounded to five digits of the distance.
     pub fn whole(&self, [lower, upper]: [DVec3; 2], aspect: f64) -> Whole {
         let centre = 0.5 * (lower + upper);
-        // A scene of no extent is looked at as if it were a metre wide.
+        // A scene without extent counts as a metre wide.
         let radius = match 0.5 * lower.distance(upper) {
             radius if radius > 0.0 => radius,
             _ => 0.5,
@@ -133,7 +133,7 @@ impl Viewpoint {
                 (target + to_eye * distance, distance)
             }
         };
-        // From the centre of the bounds itself, along -z.
+        // From the centre of the bounds the view goes along -z.
         let is_inside = self.look_at.is_none() && distance <= 1e-6 * radius;
         let (target, distance) =
             if is_inside { (eye - DVec3::Z * radius, radius) } else { (target, distance) };
@@ -146,7 +146,7 @@ impl Viewpoint {
     }
 }
 
-/// The least distance at which all corners of the bounds are in view.
+/// Minimum distance at which all corners of the bounds are in view.
 fn fitted(to_eye: DVec3, target: DVec3, bounds: [DVec3; 2], field: f64, aspect: f64) -> f64 {
     let (right, up) = axes(-to_eye);
     let tangent = (0.5 * field).to_radians().tan() * FILLED;
@@ -158,59 +158,59 @@ fn fitted(to_eye: DVec3, target: DVec3, bounds: [DVec3; 2], field: f64, aspect: 
     geometry::corners_of_box(bounds).into_iter().map(reach).fold(0.0, f64::max)
 }
 
-/// To the right and upwards of who looks this way, y upwards.
+/// Right and up of a viewing direction, with y upwards.
 fn axes(forward: DVec3) -> (DVec3, DVec3) {
     let right = forward.cross(DVec3::Y);
     let right = if right.length() > 1e-6 { right.normalize() } else { DVec3::X };
     (right, right.cross(forward).normalize())
 }
 
-/// A position, rounded to five digits of a distance.
+/// Rounds a position to five digits of a distance.
 fn rounded(position: DVec3, distance: f64) -> Position {
     let digits = (5.0 - distance.log10().ceil()).clamp(0.0, 300.0) as usize;
-    // Adding zero makes -0 a plain one.
+    // Adding zero turns -0 into 0.
     let value = |x: f64| format!("{x:.digits$}").parse().unwrap_or(x) + 0.0;
     Position(DVec3::from(position.to_array().map(value)))
 }
 
-/// A viewpoint with nothing left open. It is spelled as the options that give it again.
+/// A complete viewpoint. Its text is the options that place the same camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Whole {
-    /// Where the eye is.
+    /// Eye.
     pub from: Position,
-    /// What it looks at.
+    /// Target.
     pub look_at: Position,
     /// Vertical field of view (degrees).
     pub field: f64,
 }
 
 impl Scene {
-    /// A camera for images of this width over height. What is left open follows from [`Scene::bounds`]; the camera's name is the
-    /// options that give it again.
+    /// Returns a camera for images of this aspect ratio. [`Scene::bounds`] complete the viewpoint. The camera's name is the
+    /// options that place it again.
     ///
     /// # Errors
     ///
-    /// If it would look at where it is, or is too far away.
+    /// If eye and target coincide, or the eye is too far away.
     pub fn view_from(&self, viewpoint: &Viewpoint, aspect: f64) -> Result<SceneCamera, SceneError> {
         let bounds = self.bounds.map(|corner| self.origin + corner.as_dvec3());
         let whole = viewpoint.whole(bounds, aspect);
         self.camera_at(&whole, &whole.to_string())
     }
 
-    /// Adds [`Scene::view_from`].
+    /// Adds the camera of [`Scene::view_from`].
     ///
     /// # Errors
     ///
-    /// The same.
+    /// Errors of [`Scene::view_from`].
     pub fn place_camera(&mut self, viewpoint: &Viewpoint, aspect: f64) -> Result<&SceneCamera, SceneError> {
         let camera = self.view_from(viewpoint, aspect)?;
-        // Its name speaks of the file's coordinates, the tables of those around the origin.
+        // The name is in the file's coordinates, the tables are relative to the origin.
         self.additions.insert("origin", self.origin.to_string());
         self.cameras.push(camera);
         Ok(&self.cameras[self.cameras.len() - 1])
     }
 
-    /// The camera at a viewpoint.
+    /// The camera of a complete viewpoint.
     pub(super) fn camera_at(&self, whole: &Whole, name: &str) -> Result<SceneCamera, SceneError> {
         let wrong = |what| SceneError::Viewpoint { viewpoint: whole.to_string(), what };
         let Whole { from: Position(from), look_at: Position(look_at), field } = *whole;
@@ -284,7 +284,7 @@ impl FromStr for Orbit {
     }
 }
 
-/// Finite numbers with commas between.
+/// Finite numbers, separated by commas.
 fn numbers(text: &str) -> Option<Vec<f64>> {
     let number = |part: &str| part.trim().parse().ok().filter(|value: &f64| value.is_finite());
     text.split(',').map(number).collect()

@@ -4,16 +4,16 @@ use super::Palette;
 use crate::gltf::{Document, MaterialId, Shape};
 use crate::lathe::{Piece, curve, lathe, line, round};
 
-/// Segments around the axis.
+/// Number of segments around the axis.
 const SEGMENTS: u32 = 40;
-/// Gap that keeps faces of a bottle, its cap and its label apart (m).
+/// Gap between faces of a bottle, its cap and its label (m).
 const GAP: f64 = 0.0003;
 /// Thickness of a label (m).
 const PAPER: f64 = 0.0004;
 
-/// A bottle's outline and what is on it.
+/// Outline, mouth and label of a bottle.
 struct Bottle {
-    /// The glass.
+    /// Outline of the glass.
     outline: Vec<Piece>,
     /// Radius and height of the mouth (m).
     mouth: [f64; 2],
@@ -21,7 +21,7 @@ struct Bottle {
     label: Option<[f64; 3]>,
 }
 
-/// Adds the kinds of bottles, and the carafe last.
+/// Adds all kinds of bottles; the carafe is the last.
 pub fn add(document: &mut Document, palette: &Palette) -> Vec<Shape> {
     let kinds = [
         ("bottle of wine", wine(), palette.green, palette.foil),
@@ -48,7 +48,7 @@ pub fn add(document: &mut Document, palette: &Palette) -> Vec<Shape> {
     shapes
 }
 
-/// A stopper that stands on the mouth.
+/// Outline of a stopper on the mouth.
 fn cap_of([radius, height]: [f64; 2]) -> Vec<Piece> {
     let (bottom, top, radius) = (height + GAP, height + 0.022, radius + 0.001);
     vec![
@@ -59,7 +59,7 @@ fn cap_of([radius, height]: [f64; 2]) -> Vec<Piece> {
     ]
 }
 
-/// A sheet around the body.
+/// Outline of a label around the body.
 fn label_of([radius, lower, upper]: [f64; 3]) -> Vec<Piece> {
     let (inner, outer) = (radius + GAP, radius + GAP + PAPER);
     vec![
@@ -70,7 +70,7 @@ fn label_of([radius, lower, upper]: [f64; 3]) -> Vec<Piece> {
     ]
 }
 
-/// The mouth, a neck along these points, a straight body and a bottom that is pushed in.
+/// A bottle of a mouth, a neck along these points, a straight body and a concave bottom.
 fn bottle(neck: &[[f64; 2]], label: Option<[f64; 2]>) -> Bottle {
     let ([mouth, top], [body, shoulder]) = (neck[0], neck[neck.len() - 1]);
     let lip = [mouth + 0.001, top + 0.012];
@@ -135,7 +135,7 @@ fn liqueur() -> Bottle {
     bottle(&neck, None)
 }
 
-/// Open, with a wall of 3 mm and nothing in it.
+/// An open, empty carafe with a wall of 3 mm.
 fn carafe() -> Vec<Piece> {
     let outside = [
         [0.0320, 0.250],

@@ -1,4 +1,4 @@
-//! What is built of boards: walls, counter, back bar with its mirror and glass shelves.
+//! Furniture of boards: walls, counter, and the back bar with its mirror and glass shelves.
 
 use glam::DVec3;
 
@@ -17,13 +17,13 @@ pub const COUNTER_TOP: f64 = 1.10;
 pub const BACK_TOP: f64 = 0.95;
 /// Heights of the shelves' upper faces (m).
 pub const SHELVES: [f64; 3] = [1.50, 1.88, 2.26];
-/// Posts between shelves, their middles along x (m).
+/// Centres of the posts between shelves along x (m).
 pub const POSTS: [f64; 4] = [-2.95, -1.12, 0.71, 2.54];
-/// Depth of the shelves, from the wall (m).
+/// Rear and front edges of the shelves along z (m).
 pub const SHELF_Z: [f64; 2] = [0.04, 0.25];
 /// Thickness of a shelf (m).
 const BOARD: f64 = 0.010;
-/// Half a post's width (m).
+/// Half width of a post (m).
 pub const POST: f64 = 0.018;
 
 /// Adds the six walls.
@@ -60,7 +60,7 @@ pub fn add_counter(document: &mut Document, palette: &Palette) {
     metal::rail(document, palette, "foot rail", DVec3::new(left, 0.20, front + 0.05), length, 0.025);
 }
 
-/// Adds what stands at the back wall.
+/// Adds the back bar at the wall.
 pub fn add_back_bar(document: &mut Document, palette: &Palette) {
     let ([left, right], back) = (COUNTER_X, GAP);
     let cabinet = Mesh::default()
@@ -75,7 +75,7 @@ pub fn add_back_bar(document: &mut Document, palette: &Palette) {
         DVec3::X * (0.5 * (POSTS[3] - POSTS[0]) - 0.03),
         DVec3::Y * 0.74,
     );
-    // At the end of the room, seen along the counter.
+    // A mirror at the end of the room, which shows the counter lengthwise.
     framed_mirror(
         document,
         palette,
@@ -102,7 +102,7 @@ pub fn add_back_bar(document: &mut Document, palette: &Palette) {
     document.mesh("glass shelves", palette.glass, &shelves);
 }
 
-/// A mirror and a brass frame of four flat bars in its plane, as wide as 3 cm.
+/// Adds a mirror and a brass frame of four flat bars in its plane, 3 cm wide.
 fn framed_mirror(document: &mut Document, palette: &Palette, centre: DVec3, right: DVec3, up: DVec3) {
     document.mesh("mirror", palette.mirror, &Mesh::default().panel(centre, right, up));
     let bar = 0.015;

@@ -1,18 +1,18 @@
-//! Glasses: thin walls with an inner and an outer surface, and what is in them.
+//! Glasses: thin walls with inner and outer surfaces, and their fillings.
 //!
-//! A liquid reaches a little into the wall around it, so that no air lies between: light goes from glass into liquid at
-//! the liquid's face, and the glass's own inner face bends nothing.
+//! A liquid overlaps the wall around it a little, so that no air lies between. Light enters the liquid at its own face; the inner
+//! face of the glass does not refract there.
 
 use super::Palette;
 use crate::gltf::{Document, MaterialId, Shape};
 use crate::lathe::{Piece, curve, filling, lathe, line, round};
 
-/// Segments around the axis.
+/// Number of segments around the axis.
 pub const SEGMENTS: u32 = 44;
-/// How far a liquid reaches into the wall (m).
+/// Overlap of a liquid with the wall (m).
 const OVERLAP: f64 = 0.0003;
 
-/// The glasses: empty, and with something in them.
+/// Shapes of the glasses, empty and filled.
 pub struct Glasses {
     /// Low and wide.
     pub tumbler: Shape,
@@ -34,25 +34,25 @@ pub struct Glasses {
     pub sparkling: Shape,
 }
 
-/// A glass's outline in parts.
+/// Outline of a glass in parts.
 pub struct Glass {
-    /// From the rim down to the axis.
+    /// Outside, from the rim down to the axis.
     outside: Vec<Piece>,
-    /// From the axis up to the rim.
+    /// Hollow, from the axis up to the rim.
     hollow: Vec<Piece>,
-    /// From the hollow outwards.
+    /// Rim, from the hollow outwards.
     rim: Piece,
 }
 
 impl Glass {
-    /// All of it.
+    /// The complete outline.
     fn outline(&self) -> Vec<Piece> {
         self.outside.iter().chain(&self.hollow).chain([&self.rim]).cloned().collect()
     }
 }
 
 impl Glasses {
-    /// Adds the shapes.
+    /// Adds all shapes.
     pub fn new(document: &mut Document, palette: &Palette) -> Self {
         let mut add = |name: &str, glass: Glass, liquid: Option<(MaterialId, f64)>| {
             let wall = lathe(SEGMENTS, &glass.outline());
@@ -86,7 +86,7 @@ fn highball() -> Glass {
     straight(0.033, 0.031, 0.150, 0.002, 0.010)
 }
 
-/// A glass with straight walls: radii at the rim and the foot, height, thickness of wall and bottom (m).
+/// A glass with straight walls: radii of rim and foot, height, thickness of wall and bottom (m).
 fn straight(rim: f64, foot: f64, height: f64, wall: f64, bottom: f64) -> Glass {
     let edge = 0.004;
     let inner_foot = foot - wall;
@@ -174,7 +174,7 @@ fn martini() -> Glass {
     Glass { outside, hollow, rim: rim_between(0.0532, 0.055, 0.165) }
 }
 
-/// A glass whose bowl, stem and foot are one curve; the rim's inner and outer radius and height (m).
+/// A glass whose bowl, stem and foot are one curve; `rim` is inner radius, outer radius and height (m).
 fn on_stem(bowl_and_stem: &[[f64; 2]], hollow: Vec<Piece>, rim: [f64; 3]) -> Glass {
     let foot = bowl_and_stem[bowl_and_stem.len() - 1][0];
     let outside = [curve(bowl_and_stem, 4)].into_iter().chain(underside(foot)).collect();

@@ -1,4 +1,4 @@
-//! Lights: a small emitting disc under a shade, hung from the ceiling or turned at the shelves.
+//! Lights: a small emitting disc under a shade, hung from the ceiling or aimed at the shelves.
 
 use glam::{DQuat, DVec3};
 
@@ -7,20 +7,20 @@ use crate::gltf::{Document, Shape, emitter};
 use crate::lathe::{Piece, curve, lathe, line};
 use crate::mesh::Mesh;
 
-/// Segments of a cord: it is black.
+/// Number of segments of a cord; few suffice, since it is black.
 const CORD_SEGMENTS: u32 = 24;
 /// Radius of an emitting disc (m).
 const BULB: f64 = 0.03;
-/// Corners of an emitting disc.
+/// Number of corners of an emitting disc.
 const CORNERS: u32 = 8;
 /// Radiance of a light (W m^-2 sr^-1).
 const RADIANCE: f64 = 1200.0;
-/// Radiance of a light that is turned at the shelves (W m^-2 sr^-1).
+/// Radiance of a spot light for the shelves (W m^-2 sr^-1).
 const SPOT_RADIANCE: f64 = 2400.0;
 /// Height of the ceiling (m).
 const CEILING: f64 = super::ROOM.y;
 
-/// Where pendants hang, above counter and tables: the disc's centre (m).
+/// Positions of the pendants above counter and tables: centres of the discs (m).
 const PENDANTS: [[f64; 3]; 7] = [
     [-2.3, 2.02, 1.48],
     [-0.9, 2.02, 1.48],
@@ -30,7 +30,7 @@ const PENDANTS: [[f64; 3]; 7] = [
     [-0.3, 1.75, 4.1],
     [1.6, 1.75, 3.9],
 ];
-/// Where the lights for the shelves are, and what they look at (m).
+/// Positions and targets of the lights for the shelves (m).
 const SPOTS: [[[f64; 3]; 2]; 4] = [
     [[-2.1, 2.85, 0.95], [-2.1, 1.35, 0.12]],
     [[-0.7, 2.85, 0.95], [-0.7, 1.35, 0.12]],
@@ -63,36 +63,36 @@ pub fn add(document: &mut Document, palette: &Palette) {
     }
 }
 
-/// Puts a light that shines down its own y axis.
+/// Places a light, whose axis is its own -y, in a direction.
 fn put(document: &mut Document, name: &str, light: Shape, position: DVec3, facing: DVec3) {
     let node = document.node(name, light);
     document.place(node, position);
     document.turn(node, DQuat::from_rotation_arc(DVec3::NEG_Y, facing));
 }
 
-/// A disc that looks down, as few triangles as its corners allow.
+/// A disc that faces down, with the fewest triangles for its corners.
 fn disc() -> Mesh {
     let corner = |k: u32| {
         let (sin, cos) = (std::f64::consts::TAU * (f64::from(k) + 0.5) / f64::from(CORNERS)).sin_cos();
         DVec3::new(BULB * cos, 0.0, BULB * sin)
     };
-    // Quadrilaterals across: (0 1 6 7), (1 2 5 6), (2 3 4 5).
+    // Quadrilaterals across the disc: (0 1 6 7), (1 2 5 6), (2 3 4 5).
     (0..CORNERS / 2 - 1).fold(Mesh::default(), |mesh, k| {
         mesh.quad([corner(k), corner(k + 1), corner(CORNERS - 2 - k), corner(CORNERS - 1 - k)])
     })
 }
 
-/// The light's white inside, a bell of 2 mm around the disc.
+/// Outline of the shade's white inside, a bell of 2 mm around the disc.
 fn lining() -> Vec<Piece> {
     bell(0.0, 0.002)
 }
 
-/// The light's outside.
+/// Outline of the shade's outside.
 fn shade() -> Vec<Piece> {
     bell(0.0025, 0.0045)
 }
 
-/// A bell, closed at the top, between two distances from its inner face (m).
+/// Outline of a bell, closed at the top, between two distances from its inner face (m).
 fn bell(inner: f64, outer: f64) -> Vec<Piece> {
     let face = |by: f64| {
         [
@@ -109,13 +109,13 @@ fn bell(inner: f64, outer: f64) -> Vec<Piece> {
     vec![curve(&outside, 6), line(outside[4], inside[0]), curve(&inside, 6)]
 }
 
-/// A can that is open below.
+/// Outline of a can that is open at the bottom.
 fn can() -> Vec<Piece> {
     let corners = [[0.0, 0.1], [0.045, 0.1], [0.045, -0.05], [0.042, -0.05], [0.042, 0.096], [0.0, 0.096]];
     corners.windows(2).map(|ends| line(ends[0], ends[1])).collect()
 }
 
-/// What a light hangs from, this long (m).
+/// Outline of a cord of this length (m).
 fn cord(length: f64) -> Vec<Piece> {
     let (radius, length) = (0.004, length - GAP);
     let corners = [[0.0, length], [radius, length], [radius, 0.0], [0.0, 0.0]];
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn discs_look_down_and_are_flat() {
+    fn light_discs_face_down_and_are_flat() {
         let disc = disc();
         assert!(disc.normals.iter().all(|normal| normal.y == -1.0));
         assert_eq!(disc.indices.len(), 3 * (CORNERS as usize - 2));

@@ -1,4 +1,4 @@
-//! What is turned of metal and wood: shakers, a bucket, a tap, a tray, stools, tables, rails.
+//! Turned objects of metal and wood: shakers, a bucket, a tap, a tray, stools, tables, rails.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -9,7 +9,7 @@ use crate::gltf::{Document, Shape};
 use crate::lathe::{Piece, curve, lathe, lathe_at, line, round};
 use crate::mesh::Mesh;
 
-/// Segments around the axis.
+/// Number of segments around the axis.
 pub const SEGMENTS: u32 = 64;
 
 /// The shapes.
@@ -24,17 +24,17 @@ pub struct Turned {
     pub tray: Shape,
     /// A stool at the counter.
     pub stool: Shape,
-    /// A round table; its top is [`TABLE_TOP`] high.
+    /// A round table, [`TABLE_TOP`] high.
     pub table: Shape,
 }
 
 /// Height of a table's top (m).
 pub const TABLE_TOP: f64 = 0.74;
-/// Height of a tray's upper face (m).
+/// Height of a tray's upper face above its base (m).
 pub const TRAY: f64 = 0.003;
 
 impl Turned {
-    /// Adds the shapes.
+    /// Adds all shapes.
     pub fn new(document: &mut Document, palette: &Palette) -> Self {
         let mut one = |name: &str, material, outline: &[Piece]| {
             document.shape(name, &[(material, &lathe(SEGMENTS, outline))])
@@ -53,7 +53,7 @@ impl Turned {
     }
 }
 
-/// Adds a rod of brass along x between two positions (m).
+/// Adds a brass rod along x: start (m), length (m) and radius (m).
 pub fn rail(document: &mut Document, palette: &Palette, name: &str, from: DVec3, length: f64, radius: f64) {
     let end = radius * 0.3;
     let outline = [
@@ -66,7 +66,7 @@ pub fn rail(document: &mut Document, palette: &Palette, name: &str, from: DVec3,
     let shape = document.shape(name, &[(palette.brass, &lathe(SEGMENTS, &outline))]);
     let node = document.node(name, shape);
     document.place(node, from);
-    // From y to x.
+    // Turn the axis from y to x.
     document.turn(node, DQuat::from_xyzw(0.0, 0.0, -FRAC_1_SQRT_2, FRAC_1_SQRT_2));
 }
 
@@ -120,7 +120,7 @@ fn tray() -> Vec<Piece> {
     ]
 }
 
-/// A disc with a rounded upper edge, on y = 0.
+/// Outline of a disc with a rounded upper edge, on y = 0.
 fn cushion(radius: f64, height: f64) -> Vec<Piece> {
     let edge = 0.4 * height;
     vec![
@@ -131,7 +131,7 @@ fn cushion(radius: f64, height: f64) -> Vec<Piece> {
     ]
 }
 
-/// A column on a flat foot.
+/// Outline of a column on a flat foot.
 fn pedestal(foot: f64, column: f64, height: f64) -> Vec<Piece> {
     vec![
         line([0.0, height], [column, height]),
@@ -148,7 +148,7 @@ mod tests {
     use crate::lathe::tests::assert_solid;
 
     #[test]
-    fn turned_things_are_solids() {
+    fn turned_objects_are_solids() {
         let things = [
             ("shaker", shaker()),
             ("bucket", bucket()),

@@ -2,21 +2,21 @@
 
 use crate::gltf::{Document, MaterialId, coated, glass, lambert, metal, tinted};
 
-/// Every material that several things share.
+/// Materials that several objects share.
 pub struct Palette {
     /// Clear glass.
     pub glass: MaterialId,
-    /// Glass of bottles, full.
+    /// Green glass of full bottles.
     pub green: MaterialId,
-    /// Brown.
+    /// Brown glass.
     pub amber: MaterialId,
-    /// Nearly clear.
+    /// Nearly clear glass.
     pub clear: MaterialId,
-    /// Blue.
+    /// Blue glass.
     pub blue: MaterialId,
-    /// Red.
+    /// Red glass.
     pub red: MaterialId,
-    /// Liquids.
+    /// Whiskey.
     pub whiskey: MaterialId,
     /// Water.
     pub water: MaterialId,
@@ -40,7 +40,7 @@ pub struct Palette {
     pub tiles: MaterialId,
     /// Enamel of the lamps' shades.
     pub enamel: MaterialId,
-    /// The shades' insides.
+    /// White insides of the shades.
     pub white: MaterialId,
     /// Black iron.
     pub iron: MaterialId,

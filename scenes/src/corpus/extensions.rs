@@ -1,4 +1,4 @@
-//! What extensions say, an extension or two a file, and what is left out of files.
+//! Files with extensions, one or two each, and files with missing parts.
 
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -17,7 +17,7 @@ fn ball(x: f64) -> Mesh {
     Mesh::default().sphere(DVec3::new(x, 0.4, 0.0), 0.4, 24, 12)
 }
 
-/// Two balls on a floor, of these materials.
+/// Two balls on a floor, with these materials.
 fn balls(materials: [Value; 2]) -> Small {
     let mut small = Small::new();
     small.thing(paint([0.7, 0.7, 0.7]), &floor());
@@ -51,7 +51,7 @@ pub fn sparse() -> Small {
     let grid = Mesh::default().grid(DVec3::new(0.0, 0.5, 0.0), DVec3::X, DVec3::Y * 0.5, 4);
     let mesh = small.mesh(material, &grid);
     small.root(json!({ "mesh": mesh }));
-    // Some vertices stand out; of a second mesh all but those are at the origin.
+    // Some vertices of the first mesh stand out. In the second mesh all other vertices are at the origin.
     let moved = [1_u8, 6, 11];
     let moved_positions: Vec<f32> =
         moved.iter().flat_map(|&at| (grid.positions[at as usize] + glam::Vec3::Z * 0.4).to_array()).collect();
@@ -133,7 +133,7 @@ pub fn unlit() -> Small {
 
 pub fn vertex_colors() -> Small {
     let mut small = balls([paint([1.0, 1.0, 1.0]), paint([1.0, 1.0, 1.0])]);
-    // Three floats that vary, and four bytes that do not.
+    // Three varying floats, and four constant bytes.
     let count = ball(0.0).positions.len();
     let stripes: Vec<f32> =
         (0..count).flat_map(|at| if at % 2 == 0 { [0.9, 0.2, 0.1] } else { [0.1, 0.3, 0.9] }).collect();
@@ -176,7 +176,7 @@ pub fn second_coordinates() -> Small {
     let mut small = Small::new();
     let texture = small.texture(&checks());
     let mut material = textured(&json!({ "index": texture, "texCoord": 1 }));
-    // A texture without an image, as an extension may bring it: the factor alone.
+    // A texture without an image, such as an extension may add: only its factor is rendered.
     let empty = small.push("textures", json!({}));
     material["emissiveTexture"] = json!({ "index": empty });
     small.thing(material, &panel());
@@ -209,7 +209,7 @@ pub fn left_out() -> Small {
     let camera = small.push("cameras", json!({ "type": "orthographic", "orthographic": across }));
     small.root(json!({ "camera": camera, "translation": [0.0, 1.0, 3.0] }));
     small.root(json!({ "mesh": 1, "scale": [0.0, 0.0, 0.0] }));
-    // Neither the first scene nor the default one shows a mesh; the first needs no list of nodes.
+    // Neither the first nor the default scene shows a mesh. The first lacks a list of nodes.
     let nodes = small.json["scenes"][0]["nodes"].clone();
     small.json["scenes"] = json!([{ "name": "empty" }, { "nodes": nodes }]);
     small

@@ -1,4 +1,4 @@
-//! Vertices and indices as they come.
+//! Files with vertices and indices of various layouts and types.
 
 use glam::DVec3;
 use serde_json::json;
@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 pub fn strips_fans() -> Small {
     let mut small = Small::new();
     let material = small.push("materials", paint([0.7, 0.6, 0.2]));
-    // A band of squares, and a hexagon, each twice: by indices and without.
+    // A band of squares and a hexagon, each twice: with and without indices.
     let band: Vec<[f32; 3]> =
         (0..8u8).map(|i| [f32::from(i / 2) * 0.3, f32::from(i % 2) * 0.3, 0.1 * f32::from(i)]).collect();
     let mut hexagon = vec![[0.3, 0.8, 0.0]];
@@ -43,7 +43,7 @@ pub fn strips_fans() -> Small {
 
 pub fn no_normals() -> Small {
     let mut small = Small::new();
-    // An octahedron, three vertices a face.
+    // An octahedron with three vertices a face.
     let tips =
         |axis: usize, sign: f32| std::array::from_fn::<f32, 3, _>(|i| if i == axis { sign } else { 0.0 });
     let mut vertices = Vec::new();
@@ -70,7 +70,7 @@ pub fn small_types() -> Small {
         "baseColorTexture": { "index": texture }, "metallicFactor": 0.0, "roughnessFactor": 0.8,
     } }),
     );
-    // Position and normal of a vertex beside each other; then coordinates in 16 bits, and indices in 8.
+    // Position and normal of a vertex side by side; then coordinates in 16 bits, and indices in 8.
     let corners: [[f32; 3]; 4] = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
     let both: Vec<u8> = corners
         .iter()

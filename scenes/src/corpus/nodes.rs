@@ -1,4 +1,4 @@
-//! Nodes, scenes, names, cameras, lights, animations.
+//! Files with nodes, scenes, names, cameras, lights and animations.
 
 use glam::DVec3;
 use serde_json::json;
@@ -7,12 +7,12 @@ use super::paint;
 use super::small::Small;
 use crate::mesh::Mesh;
 
-/// A box of half a metre that stands on y = 0.
+/// A box of half a metre on y = 0.
 fn block() -> Mesh {
     Mesh::default().block(DVec3::new(-0.25, 0.0, -0.25), DVec3::new(0.25, 0.5, 0.25))
 }
 
-/// A wedge without a symmetry, so that a mirror image is another thing.
+/// A wedge without symmetry, so that its mirror image differs.
 fn wedge() -> Mesh {
     let [a, b, c] = [DVec3::ZERO, DVec3::X * 0.6, DVec3::Y * 0.4];
     let back = DVec3::NEG_Z * 0.3;
@@ -42,7 +42,7 @@ pub fn negative_scale() -> Small {
     let mesh = small.mesh(red, &wedge());
     small.root(json!({ "mesh": mesh, "translation": [0.2, 0.0, 0.0] }));
     let inner = small.push("nodes", json!({ "mesh": mesh, "scale": [-1.0, 1.0, 1.0] }));
-    // A mirror below a mirror is none.
+    // A mirrored node below a mirrored node is not mirrored.
     let twice = small
         .push("nodes", json!({ "mesh": mesh, "scale": [1.0, 1.0, -1.0], "translation": [0.0, 0.5, 0.0] }));
     let half = std::f64::consts::FRAC_1_SQRT_2;

@@ -1,4 +1,4 @@
-//! A small document in the making: any JSON, with a buffer inside.
+//! Builder of small documents: any JSON, with an embedded buffer.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -8,13 +8,13 @@ use crate::mesh::Mesh;
 
 /// A document and its buffer.
 pub struct Small {
-    /// The document but for its buffer.
+    /// The document without its buffer.
     pub json: Value,
     binary: Vec<u8>,
 }
 
 impl Small {
-    /// With a default scene that has no nodes yet.
+    /// Creates a document with a default scene without nodes.
     pub fn new() -> Small {
         let json = json!({
             "asset": { "generator": "caustics corpus", "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [] }],
@@ -22,7 +22,7 @@ impl Small {
         Small { json, binary: Vec::new() }
     }
 
-    /// Adds to a list of the document; its index there.
+    /// Appends to a list of the document; returns the index.
     pub fn push(&mut self, list: &str, value: Value) -> usize {
         let list = &mut self.json[list];
         if list.is_null() {
@@ -40,7 +40,7 @@ impl Small {
         node
     }
 
-    /// Says that an extension is used.
+    /// Lists an extension as used.
     pub fn uses(&mut self, extension: &str) {
         self.push("extensionsUsed", json!(extension));
     }
@@ -66,7 +66,7 @@ impl Small {
         }))
     }
 
-    /// Adds an accessor of floats, so many an element.
+    /// Adds an accessor of `count` elements of floats.
     pub fn floats(&mut self, kind: &str, count: usize, values: &[f32]) -> usize {
         let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         let view = self.view(&bytes);
@@ -110,21 +110,21 @@ impl Small {
         )
     }
 
-    /// Adds a material and a node of a mesh of it.
+    /// Adds a material, and a node with a mesh of this material.
     pub fn thing(&mut self, material: Value, mesh: &Mesh) -> usize {
         let material = self.push("materials", material);
         let mesh = self.mesh(material, mesh);
         self.root(json!({ "mesh": mesh }))
     }
 
-    /// Adds an image inside of the buffer, and a texture of it.
+    /// Adds an image in the buffer, and a texture of it.
     pub fn texture(&mut self, png: &[u8]) -> usize {
         let view = self.view(png);
         let image = self.push("images", json!({ "bufferView": view, "mimeType": "image/png" }));
         self.push("textures", json!({ "source": image }))
     }
 
-    /// A .gltf file whose buffer is a data URI.
+    /// Writes a .gltf file whose buffer is a data URI.
     pub fn gltf(mut self) -> Vec<u8> {
         let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&self.binary));
         self.json["buffers"] = json!([{ "byteLength": self.binary.len(), "uri": uri }]);
@@ -134,7 +134,7 @@ impl Small {
         json
     }
 
-    /// A .glb file.
+    /// Writes a .glb file.
     pub fn glb(mut self) -> Vec<u8> {
         self.json["buffers"] = json!([{ "byteLength": self.binary.len() }]);
         self.json.sort_all_objects();

@@ -1,4 +1,4 @@
-//! Materials and textures.
+//! Files with materials and textures.
 
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -8,7 +8,7 @@ use super::small::Small;
 use crate::mesh::Mesh;
 use crate::texture::{draw, normal};
 
-/// A square of two metres before a wall, upright.
+/// An upright square of two metres before a wall.
 pub(super) fn panel() -> Mesh {
     Mesh::default().mapped_panel(DVec3::new(0.0, 1.0, 0.5), DVec3::X, DVec3::Y, 1.0)
 }
@@ -26,7 +26,7 @@ pub(super) fn textured(texture: &Value) -> Value {
     } })
 }
 
-/// Squares of two colours.
+/// A checkerboard of two colours.
 pub(super) fn checks() -> Vec<u8> {
     draw(16, |u, v| {
         let is_light = ((u * 4.0) as u32 + (v * 4.0) as u32).is_multiple_of(2);
@@ -122,7 +122,7 @@ pub fn dispersion() -> Small {
     small.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
         { "type": "directional", "intensity": 3.0 },
     ] } });
-    // Down and to the left.
+    // Turn the light down and to the left.
     small.root(json!({
         "rotation": [-0.611, -0.251, -0.213, 0.720],
         "extensions": { "KHR_lights_punctual": { "light": 0 } },

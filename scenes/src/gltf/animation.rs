@@ -1,44 +1,44 @@
-//! Nodes that move: groups, and channels of the one animation that a document has.
+//! Moving nodes: groups, and channels of the document's single animation.
 
 use glam::{DQuat, DVec3};
 use serde_json::json;
 
 use super::{Document, Node};
 
-/// What of a node moves.
+/// Animated property of a node.
 #[derive(Clone, Copy, Debug)]
 pub enum Property {
-    /// Its translation (m).
+    /// Translation (m).
     Translation,
-    /// Its orientation, a unit quaternion x, y, z, w.
+    /// Orientation, a unit quaternion x, y, z, w.
     Rotation,
-    /// Its size along its axes.
+    /// Scale along the node's axes.
     Scale,
 }
 
-/// What happens between keys.
+/// Interpolation between keys.
 #[derive(Clone, Copy, Debug)]
 pub enum Interpolation {
-    /// Nothing, until the next key.
+    /// Holds the earlier key.
     Step,
-    /// A straight line, or the shortest arc.
+    /// Linear; rotations take the shortest arc.
     Linear,
-    /// A cubic; a key has three rows: arriving tangent [1/s], value, leaving tangent [1/s].
+    /// Cubic; a key has three rows: arriving tangent [1/s], value, leaving tangent [1/s].
     Cubic,
 }
 
 impl Document {
-    /// Puts a node somewhere (m).
+    /// Sets the translation of a node (m).
     pub fn place(&mut self, node: Node, translation: DVec3) {
         self.nodes[node.0]["translation"] = json!(translation.to_array());
     }
 
-    /// Turns a node.
+    /// Sets the rotation of a node.
     pub fn turn(&mut self, node: Node, rotation: DQuat) {
         self.nodes[node.0]["rotation"] = json!(rotation.as_quat().to_array());
     }
 
-    /// Adds a node above others.
+    /// Adds a parent node of other nodes.
     pub fn group(&mut self, name: &str, children: &[Node]) -> Node {
         let children: Vec<usize> = children.iter().map(|child| child.0).collect();
         self.nodes.push(json!({ "children": children, "name": name }));
@@ -46,7 +46,7 @@ impl Document {
         Node(self.nodes.len() - 1)
     }
 
-    /// Moves a node: values at times (s).
+    /// Animates a node: values at times (s).
     pub fn animate<const N: usize>(
         &mut self,
         node: Node,
@@ -67,7 +67,7 @@ impl Document {
         };
         assert_eq!((N, values.len()), (components, rows * times.len()), "values of {path}, {name}");
         let input = self.floats(times.iter().copied(), "SCALAR", times.len());
-        // Readers want to know the first and the last time.
+        // Readers need the first and the last time.
         self.accessors[input]["min"] = json!([times[0] as f32]);
         self.accessors[input]["max"] = json!([times[times.len() - 1] as f32]);
         let output =

@@ -1,4 +1,4 @@
-//! The binary BVH over boxes that a four-wide one is made of. Imports obvhs.
+//! The binary BVH over boxes that a four-wide BVH is built from. Imports obvhs.
 
 use clap::ValueEnum;
 use obvhs::aabb::Aabb;
@@ -24,7 +24,7 @@ pub enum BvhQuality {
 }
 
 impl BvhQuality {
-    /// Shares of the nodes that are tried elsewhere, one pass after another.
+    /// Share of the nodes that each pass tries to reinsert.
     fn passes(self) -> Vec<f32> {
         match self {
             BvhQuality::Fast => vec![],
@@ -34,13 +34,13 @@ impl BvhQuality {
     }
 }
 
-/// Clusters boxes bottom up, then moves nodes to where they cost less [Meister and Bittner 2018]. The number of threads
-/// changes no bit.
+/// Builds a binary BVH: clusters boxes bottom up, then reinserts nodes where they cost less [Meister and Bittner 2018]. The
+/// number of threads changes no bit.
 pub fn build(boxes: &[Aabb], quality: BvhQuality) -> Bvh2 {
     let (mut binary, passes) = clustering::build(boxes);
     binary.update_parents();
     for (pass, share) in quality.passes().into_iter().enumerate() {
-        // The search's stack has room for usual depths only; a pathological BVH is balanced later instead.
+        // The search's stack is limited; a deeper BVH is balanced later instead.
         let max_levels = passes + 1;
         let is_known = pass == 0 && max_levels <= DEFAULT_MAX_STACK_DEPTH;
         let levels = if is_known { max_levels } else { depth(&binary) };
@@ -52,7 +52,7 @@ pub fn build(boxes: &[Aabb], quality: BvhQuality) -> Bvh2 {
     binary
 }
 
-/// Levels of nodes.
+/// Number of levels of nodes.
 fn depth(binary: &Bvh2) -> usize {
     let (mut deepest, mut stack) = (0, vec![(0, 1)]);
     while let Some((id, depth)) = stack.pop() {
@@ -65,8 +65,8 @@ fn depth(binary: &Bvh2) -> usize {
     deepest
 }
 
-/// Moves the largest of the nodes near the root, a share of all, to where they make the BVH cheapest: those that gain most
-/// first, and none that is touched by one before. `ReinsertionOptimizer` of obvhs leaves open which of equals are chosen.
+/// Reinserts the largest of the first nodes, a share of all, where they make the BVH cheapest. The largest gains go first; moves
+/// that touch a node of an earlier move are skipped. `ReinsertionOptimizer` of obvhs leaves ties between equal nodes open.
 fn reinsert(binary: &mut Bvh2, share: f32) {
     let count = ((binary.nodes.len() as f32 * share) as usize).clamp(1, binary.nodes.len() - 1);
     let near = &binary.nodes[..binary.nodes.len().min(2 * count + 2)];
@@ -76,7 +76,7 @@ fn reinsert(binary: &mut Bvh2, share: f32) {
         candidates.select_nth_unstable_by(count, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         candidates.truncate(count);
     }
-    // Neighbours in memory are near each other in space.
+    // Sort by id: neighbours in memory are neighbours in space.
     candidates.par_sort_unstable_by_key(|candidate| candidate.1);
     let best = candidates.par_iter().map(|&(_, id)| find_reinsertion(binary, id as usize));
     let mut moves: Vec<Reinsertion> = best.filter(|best| best.area_diff > 0.0).collect();

@@ -1,7 +1,7 @@
-//! BVHs on disk: a scene that is opened again need not have its BVH built again.
+//! Cache of BVHs on disk: a scene that is opened again need not build its BVH again.
 //!
-//! A file is named by the BLAKE3 of the triangles, and nothing in it is believed: a BVH that is not sound is as none, and its
-//! boxes are made of the triangles at hand. So no file can make a ray miss what is there.
+//! The name of a file is the BLAKE3 of its triangles. Its content is not trusted: a BVH that is not sound is ignored, and boxes
+//! are computed from the scene's triangles. Therefore no file can make a ray miss a triangle.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,39 +17,39 @@ use caustics_files::file;
 use caustics_files::hash::Digest;
 use caustics_files::sealed;
 
-/// What a file of a BVH is called in its first line.
+/// Kind of file, in its first line.
 const KIND: &str = "bvh";
-/// How names of such files begin.
+/// Prefix of the files' names.
 const PREFIX: &str = "bvh-";
-/// Triangles from which on a BVH is kept: it takes some 0.05 s to build.
+/// Minimum number of triangles of a cached BVH; it takes about 0.05 s to build.
 const WORTH: usize = 1 << 16;
-/// What all files may take unless somebody says otherwise (MiB).
+/// Default size limit of all files together (MiB).
 const DEFAULT_MIB: u64 = 1024;
-/// The crate that moves nodes of BVHs, whose versions may build different ones.
+/// The crate that reinserts nodes; its versions may build different BVHs.
 const BUILDER: &str = "obvhs 0.4.0";
-/// Version of `clustering.rs`: raised when it builds different BVHs.
+/// Version of `clustering.rs`. Raise it when the builder gives different BVHs.
 const CLUSTERING: u32 = 1;
-/// Bytes of a file beside its triangles and nodes at most.
+/// Maximum size of a file's header (bytes).
 const MAX_HEAD: u64 = 1 << 16;
-/// Bytes of a triangle and of the nodes that it takes at most: each node but the root of one triangle has two children.
+/// Maximum bytes a triangle, with its share of the nodes: each node but the root of a single triangle has two children.
 const MAX_TRIANGLE: u64 = (size_of::<u32>() + size_of::<u8>() + size_of::<[u32; WIDTH]>()) as u64;
-/// Boxes that a ray enters in a BVH that is kept, as expected by their areas: this many and [`MAX_SHARE`] of the leaves. A BVH
-/// of triangles in random order has a tenth of all. Beyond, a BVH is built each time.
+/// Limit of the expected number of boxes that a ray enters in a cached BVH: this number and [`MAX_SHARE`] of the leaves. With
+/// triangles in random order it is a tenth of all. A BVH above the limit is built each time.
 const MAX_BOXES: f64 = 256.0;
-/// Share of the leaves, see [`MAX_BOXES`].
+/// Share of the leaves; see [`MAX_BOXES`].
 const MAX_SHARE: f64 = 1.0 / 64.0;
 
-/// A folder of BVHs by what they are of. Its files appear whole; one that is damaged, or of another program, is as none. Not
-/// being able to read or write is no error.
+/// A folder of BVHs, by the hash of their triangles. Files appear complete; damaged files and those of other programs are ignored.
+/// A folder that cannot be read or written is no error.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BvhCache {
-    /// The folder; it is made when the first BVH is kept.
+    /// The folder; it is created when the first BVH is stored.
     pub folder: PathBuf,
-    /// What its files may take together (bytes); those that were not used for longest go.
+    /// Maximum size of all files together (bytes). The least recently used files are removed first.
     pub max_bytes: u64,
 }
 
-/// All that decides a BVH.
+/// All inputs that decide a BVH.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct BvhCacheKey {
     /// BLAKE3 of the triangles.
@@ -81,8 +81,8 @@ impl BvhCacheKey {
 }
 
 impl BvhCache {
-    /// That of this user: `bvh` in `$CAUSTICS_CACHE`, `$XDG_CACHE_HOME/caustics` or `~/.cache/caustics`, of at most
-    /// `$CAUSTICS_BVH_CACHE_MIB`; none where that is 0, or where there is no such folder to be had.
+    /// Returns the user's cache: `bvh` in `$CAUSTICS_CACHE`, `$XDG_CACHE_HOME/caustics` or `~/.cache/caustics`.
+    /// `$CAUSTICS_BVH_CACHE_MIB` limits its size. `None` if that is 0, or if no such folder exists.
     pub fn for_user() -> Option<BvhCache> {
         let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
         let path = |name| set(name).map(PathBuf::from);
@@ -94,7 +94,7 @@ impl BvhCache {
         (mib > 0).then(|| BvhCache { folder: cache.join("bvh"), max_bytes: mib.saturating_mul(1 << 20) })
     }
 
-    /// The BVH of these triangles, built by `build` unless it is there.
+    /// Returns the BVH of these triangles: from the cache, or built by `build`.
     pub(super) fn bvh(
         &self,
         triangles: &[Triangle],
@@ -116,18 +116,18 @@ impl BvhCache {
         })
     }
 
-    /// The BVH of a key and its triangles, if it is there and can be used.
+    /// Returns the cached BVH of a key and its triangles, if it is usable.
     fn find(&self, key: &BvhCacheKey, triangles: &[Triangle]) -> Option<Bvh> {
         let file = file::open(&self.folder.join(key.file_name())).ok()?;
         let limit = MAX_HEAD + MAX_TRIANGLE * key.count as u64;
         let bytes = file::read_open(&file, limit + 1).ok().filter(|bytes| bytes.len() as u64 <= limit)?;
         let bvh = parse(&bytes, key, triangles)?;
-        // So that it is not among those that go first.
+        // Mark the file as used, so that it is not removed first.
         let _ = file.set_modified(SystemTime::now());
         Some(bvh)
     }
 
-    /// Writes a BVH, and removes others as far as there is no room for all.
+    /// Writes a BVH, and removes other files above the size limit.
     fn keep(&self, key: BvhCacheKey, shape: &Shape) -> std::io::Result<()> {
         let name = key.file_name();
         let parts = shape.parts();
@@ -144,7 +144,7 @@ impl BvhCache {
         self.tidy(&self.folder)
     }
 
-    /// Removes what was not used for longest, as far as all takes too much.
+    /// Removes the least recently used files above the size limit.
     fn tidy(&self, folder: &Path) -> std::io::Result<()> {
         let mut files = Vec::new();
         for entry in std::fs::read_dir(folder)? {
@@ -167,13 +167,13 @@ impl BvhCache {
 }
 
 impl Shape {
-    /// What a file holds of it.
+    /// Its arrays in the order of the file.
     fn parts(&self) -> [&[u8]; 3] {
         [cast_slice(&self.order), &self.counts, cast_slice(&self.children)]
     }
 }
 
-/// Whether rays enter so few of its boxes that the BVH is worth keeping. One that was made to be slow must not be used either.
+/// Whether rays enter few enough of its boxes. Slow BVHs are not stored, and a file crafted to be slow is not used.
 fn is_quick(bvh: &Bvh) -> bool {
     bvh.expected_boxes() <= MAX_BOXES + MAX_SHARE * bvh.blocks.len() as f64
 }
@@ -184,7 +184,7 @@ fn size(triangles: usize, leaves: usize, nodes: usize) -> Option<usize> {
     size_of::<u32>().checked_mul(triangles)?.checked_add(leaves)?.checked_add(nodes)
 }
 
-/// The BVH of these triangles from the bytes of a file, if they are of this key and hold a sound BVH that is quick.
+/// Parses the BVH of these triangles from the bytes of a file. The key must match, and the BVH must be sound and quick.
 fn parse(bytes: &[u8], key: &BvhCacheKey, triangles: &[Triangle]) -> Option<Bvh> {
     let (Head { key: theirs, nodes, leaves }, payload) = sealed::open(KIND, bytes).ok()?;
     if theirs != *key || size(key.count, leaves, nodes) != Some(payload.len()) {
@@ -206,7 +206,7 @@ pub fn accepts(bytes: &[u8], triangles: &[Triangle]) -> bool {
     parse(bytes, &BvhCacheKey::new(triangles, super::LEVELS, BvhQuality::default()), triangles).is_some()
 }
 
-/// A file with the right key and checksum for [`accepts`], whatever it holds.
+/// A file with the right key and checksum for [`accepts`], with any content.
 pub fn sealed_file(
     triangles: &[Triangle],
     nodes: usize,

@@ -1,6 +1,6 @@
 //! Parallel locally-ordered clustering (PLOC), which builds a binary BVH bottom up [Meister and Bittner 2018]. Imports obvhs.
 //!
-//! `PlocBuilder` of obvhs builds the same BVH, but takes quadratic time where boxes lie in a row or in one another.
+//! `PlocBuilder` of obvhs builds the same BVH, but takes quadratic time for boxes in a row or nested boxes.
 
 use std::ops::Range;
 
@@ -11,18 +11,18 @@ use obvhs::bvh2::node::Bvh2Node;
 use obvhs::ploc::morton::morton_encode_u64_unorm;
 use rayon::prelude::*;
 
-/// How many nodes before and after a node, along a Morton curve, may be merged with it.
+/// Number of nodes before and after a node, along a Morton curve, that it may be merged with.
 const SEARCH_DISTANCE: usize = 14;
-/// A pass that merges fewer nodes than one in so many is slow.
+/// A pass that merges less than one node in `SLOW` is slow.
 const SLOW: usize = 32;
-/// Nodes that one thread looks at.
+/// Number of nodes a parallel task.
 const CHUNK: usize = 1024;
 
-/// The binary BVH over boxes, of which each is a leaf, and the number of passes, which is one less than its levels at most.
+/// Builds the binary BVH over boxes, one leaf each. Returns it with the number of passes, which is at least its levels minus one.
 ///
-/// A pass merges the nodes that are each other's nearest. In a row of boxes all may have their nearest on the same side, so that
-/// a slow pass also merges every node whose nearest is still alone. Then each node that stays alone is near a merged one, and at
-/// least one node in `2 * SEARCH_DISTANCE + 1` is merged.
+/// A pass merges pairs of mutual nearest nodes. In a row of boxes all nearest nodes may be on the same side. A slow pass
+/// therefore also merges every node whose nearest is still unpaired. Each unpaired node is then near a merged one, and at least
+/// one node in `2 * SEARCH_DISTANCE + 1` is merged.
 pub fn build(boxes: &[Aabb]) -> (Bvh2, usize) {
     let mut nodes = leaves_in_morton_order(boxes);
     let mut free = (2 * boxes.len()).saturating_sub(1);
@@ -33,7 +33,7 @@ pub fn build(boxes: &[Aabb]) -> (Bvh2, usize) {
         let mut merged = Vec::with_capacity(nodes.len());
         for (index, partner) in partners.into_iter().enumerate() {
             match partner {
-                // A pair stands where its later node stood.
+                // A merged pair takes the position of its later node.
                 Some(partner) if partner < index => {
                     free -= 2;
                     binary.nodes[free] = nodes[index];
@@ -56,7 +56,7 @@ pub fn build(boxes: &[Aabb]) -> (Bvh2, usize) {
     (binary, passes)
 }
 
-/// A leaf of each box, sorted along a Morton curve through their centres.
+/// One leaf for each box, sorted along a Morton curve through their centres.
 fn leaves_in_morton_order(boxes: &[Aabb]) -> Vec<Bvh2Node> {
     let all = boxes.iter().fold(Aabb::empty(), |all, bounds| all.union(bounds));
     let scale = 1.0 / all.diagonal().as_dvec3();
@@ -68,17 +68,17 @@ fn leaves_in_morton_order(boxes: &[Aabb]) -> Vec<Bvh2Node> {
     coded.into_par_iter().map(|(_, id)| Bvh2Node::new(boxes[id], 1, id as u32)).collect()
 }
 
-/// For each node the other one within [`SEARCH_DISTANCE`] whose union with it has the least area, the last of equals.
+/// For each node, the node within [`SEARCH_DISTANCE`] whose union with it has the least area. Ties go to the last.
 fn nearest(nodes: &[Bvh2Node]) -> Vec<usize> {
     let chunks = (0..nodes.len()).into_par_iter().step_by(CHUNK);
     chunks.flat_map_iter(|first| nearest_of_chunk(nodes, first..(first + CHUNK).min(nodes.len()))).collect()
 }
 
 fn nearest_of_chunk(nodes: &[Bvh2Node], chunk: Range<usize>) -> impl Iterator<Item = usize> {
-    // Each pair is looked at once, so that nodes near the chunk are needed as well.
+    // Each pair is compared once, so the nodes near the chunk are needed too.
     let start = chunk.start.saturating_sub(SEARCH_DISTANCE);
     let nodes = &nodes[start..nodes.len().min(chunk.end + SEARCH_DISTANCE)];
-    // Where areas are no numbers: the next node, or the one before the last.
+    // Fallback where areas are NaN: the next node, or the one before the last.
     let mut best: Vec<(f32, usize)> = (1..nodes.len()).map(|next| (f32::INFINITY, next)).collect();
     best.push((f32::INFINITY, nodes.len() - 2));
     for index in 0..chunk.end - start {
@@ -99,7 +99,7 @@ fn nearest_of_chunk(nodes: &[Bvh2Node], chunk: Range<usize>) -> impl Iterator<It
     best.into_iter().map(move |(_, nearest)| start + nearest).skip(chunk.start - start).take(chunk.len())
 }
 
-/// The node that each is merged with in this pass, if any.
+/// Returns each node's partner of this pass, if any.
 fn partners(nearest: &[usize]) -> Vec<Option<usize>> {
     let is_mutual = |index: &usize| nearest[nearest[*index]] == *index;
     let mut partners: Vec<Option<usize>> =
@@ -129,7 +129,7 @@ mod tests {
         PlocBuilder::new().build(PlocSearchDistance::Medium, boxes, ids, SortPrecision::U64, 0)
     }
 
-    /// Boxes side by side, each so many times as wide as the one before.
+    /// Boxes side by side, each `growth` times as wide as the one before.
     fn row(count: usize, growth: f32) -> Vec<Aabb> {
         let mut start = 0.0;
         let of_width = |width: f32| {
@@ -140,7 +140,7 @@ mod tests {
         (0..count).map(|index| growth.powi(index as i32)).map(of_width).collect()
     }
 
-    /// Boxes of which each holds all later ones.
+    /// Nested boxes: each contains all later ones.
     fn nested(count: usize) -> Vec<Aabb> {
         let of_size = |size: f32| Aabb { min: Vec3A::ZERO, max: Vec3A::new(size, size, 0.0) };
         (0..count).map(|index| 0.999_f32.powi(index as i32)).map(of_size).collect()

@@ -1,28 +1,28 @@
-//! Triangles that share a box: clustering them one by one would take quadratic time. Imports obvhs.
+//! Triangles that share a box. Clustering them one by one would take quadratic time. Imports obvhs.
 
 use std::collections::BTreeMap;
 
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
-/// Ids of triangles by their boxes. Groups are in the order of their first triangles.
+/// Ids of triangles, grouped by equal boxes. Groups are in the order of their first triangles.
 pub struct Groups {
-    /// Those of a group beside each other, in rising order.
+    /// Ids, group after group, ascending within a group.
     ids: Vec<u32>,
-    /// Where each group starts among them, and the last one ends.
+    /// First index of each group in `ids`, then the end of the last group.
     starts: Vec<u32>,
 }
 
 impl Groups {
-    /// Gathers the triangles of each box.
+    /// Groups the triangles by box.
     pub fn from_boxes(boxes: &[Aabb]) -> Groups {
-        // Equal boxes have equal hashes: sorted, they stand beside each other.
+        // Equal boxes have equal hashes, so sorting puts them side by side.
         let hashed = boxes.par_iter().enumerate().map(|(id, bounds)| (hash(bounds), id as u32));
         let mut hashed: Vec<(u64, u32)> = hashed.collect();
         hashed.par_sort_unstable();
         let mut group: Vec<u32> = (0..boxes.len() as u32).collect();
         for run in hashed.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
-            // Boxes of one hash may differ: a scene can be made so.
+            // Different boxes may share a hash: a scene can be crafted so.
             let mut firsts = BTreeMap::new();
             for &(_, id) in run {
                 group[id as usize] = *firsts.entry(bits(&boxes[id as usize])).or_insert(id);
@@ -30,7 +30,7 @@ impl Groups {
         }
         drop(hashed);
 
-        // From the first triangle of each group to its number, and to places.
+        // Number the groups by their first triangles, then sort the ids by group.
         let mut starts = vec![0];
         for id in 0..group.len() {
             group[id] = if group[id] as usize == id {
@@ -82,7 +82,7 @@ mod tests {
     use glam::Vec3A;
 
     #[test]
-    fn triangles_of_a_box_are_together_in_the_order_of_the_first() {
+    fn triangles_of_equal_boxes_form_groups_in_order_of_the_first() {
         let cube = |size: f32| Aabb { min: Vec3A::ZERO, max: Vec3A::splat(size) };
         let boxes = [3.0, 1.0, 3.0, 2.0, 1.0, 3.0].map(cube);
         let groups = Groups::from_boxes(&boxes);
@@ -91,13 +91,13 @@ mod tests {
         assert_eq!(Groups::from_boxes(&[]).count(), 0);
     }
 
-    /// Every step of the hash can be undone: a first word that makes up for what differs before gives the same hash.
+    /// Every step of the hash is invertible: a compensating first word gives the same hash.
     #[test]
     fn boxes_of_one_hash_are_grouped_by_their_bits() {
         let step = |hash: u64, word: u32| (hash ^ u64::from(word)).wrapping_mul(FACTOR).rotate_left(29);
         let mut upper: BTreeMap<u32, (u64, u32)> = BTreeMap::new();
         let mut pairs = (1..1 << 20).filter_map(|index: u32| {
-            // Scattered: multiples of the factor are as far from each other as they can be.
+            // Scattered, since multiples of the factor are as far from each other as possible.
             let low = (index ^ index << 13).wrapping_mul(0x2c1b_3c6d);
             let low = low ^ low >> 15;
             let found = (step(step(0, low), 0), low);
@@ -105,7 +105,7 @@ mod tests {
         });
         let (one, other) = pairs.next().unwrap();
         let word = 0x3f80_0000;
-        // After the third word both have the same state.
+        // After the third word both boxes have the same state.
         let to_box = |(state, low): (u64, u32)| Aabb {
             min: Vec3A::new(f32::from_bits(low), 0.0, f32::from_bits(word ^ (state ^ one.0) as u32)),
             max: Vec3A::splat(2.0),

@@ -1,7 +1,6 @@
-//! Which boxes of a binary BVH become lanes of a four-wide one: the cheapest choice by surface area, found bottom up.
+//! Plan of the lanes of a four-wide BVH: the boxes of a binary BVH with the least surface area cost, found bottom up.
 //!
-//! Dynamic programme of [Ylitie et al. 2017, section 4.1] with a cost of one area for a node as for a block of triangles.
-//! Imports obvhs.
+//! Dynamic programme of [Ylitie et al. 2017, section 4.1]. A node and a block of triangles each cost their area. Imports obvhs.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -10,12 +9,12 @@ use rayon::prelude::*;
 
 use super::groups::Groups;
 
-/// Lanes of a node, and triangles of a block.
+/// Number of lanes of a node, and of triangles of a block.
 pub const WIDTH: usize = 4;
-/// Nodes of a level that a thread takes at least.
+/// Minimum number of nodes of a level in a parallel task.
 const LEVEL_PART: usize = 1024;
 
-/// Levels of nodes that this many triangles need at least.
+/// Minimum number of levels of nodes for this number of triangles.
 pub fn min_levels(count: usize) -> u32 {
     let mut levels = 0;
     let mut capacity = WIDTH;
@@ -29,31 +28,31 @@ pub fn min_levels(count: usize) -> u32 {
 /// The plan of one binary node. Arrays are indexed by the lanes it may take, minus one.
 #[derive(Clone, Copy, Default)]
 struct Entry {
-    /// Triangles below.
+    /// Number of triangles below.
     count: u32,
     /// Expected cost in units of half areas (m^2).
     cost: [f32; WIDTH],
-    /// Levels of four-wide nodes below, for each number of lanes; 255 where there are as many or more.
+    /// Levels of four-wide nodes below, by number of lanes; 255 stands for 255 or more.
     height: [u8; WIDTH],
-    /// Lanes that go to the left child; 0: take one lane less.
+    /// Number of lanes of the left child; 0: use one lane less.
     split: [u8; WIDTH],
-    /// Lanes that go to the left child when this box is a node of its own.
+    /// Number of lanes of the left child when this box is a node of its own.
     own_split: u8,
 }
 
-/// The plan of every binary node, by index: level after level, from the root at index 0 down.
+/// The plan of every binary node, by index. Levels follow each other from the root at index 0 down.
 pub struct CollapsePlan<'a> {
     binary: &'a Bvh2,
     groups: &'a Groups,
     /// Binary node at each index.
     nodes: Vec<u32>,
-    /// Index of the left child, which the right one follows; 0 where there is none.
+    /// Index of the left child; the right child follows it. 0 for a leaf.
     children: Vec<u32>,
     entries: Vec<Entry>,
 }
 
 impl<'a> CollapsePlan<'a> {
-    /// Plans a binary BVH with one group of triangles a leaf.
+    /// Plans a binary BVH with one group of triangles in each leaf.
     pub fn new(binary: &'a Bvh2, groups: &'a Groups) -> Self {
         let (mut nodes, mut children) =
             (Vec::with_capacity(binary.nodes.len()), Vec::with_capacity(binary.nodes.len()));
@@ -71,7 +70,7 @@ impl<'a> CollapsePlan<'a> {
         }
         let mut plan = CollapsePlan { binary, groups, nodes, children, entries: vec![] };
 
-        // A level takes what those below it found.
+        // Plan level by level, from the lowest up.
         let mut entries = vec![Entry::default(); plan.nodes.len()];
         for level in levels.windows(2).rev() {
             let (done, below) = entries.split_at_mut(level[1]);
@@ -101,14 +100,15 @@ impl<'a> CollapsePlan<'a> {
         };
         let mut entry = Entry { count: left.count + right.count, ..Entry::default() };
 
-        // Spread lanes over both children as cheaply as possible.
+        // Distribute lanes between both children at the least cost.
         let spread = |lanes: usize| {
             let cost = |to_left: usize| left.cost[to_left - 1] + right.cost[lanes - to_left - 1];
             let best = (1..lanes).fold(1, |best, next| if cost(next) < cost(best) { next } else { best });
             (cost(best), left.height[best - 1].max(right.height[lanes - best - 1]), best as u8)
         };
 
-        // A box of up to four triangles is a block, which costs no more than a node; else it is a node of four lanes.
+        // A box of up to four triangles becomes a block, which costs no more than a node. Other boxes become a node of four
+        // lanes.
         let (own_cost, own_height, own_split) = spread(WIDTH);
         let is_block = entry.count as usize <= WIDTH;
         entry.own_split = own_split;
@@ -132,7 +132,7 @@ impl<'a> CollapsePlan<'a> {
         self.node(at).aabb()
     }
 
-    /// Triangles of a binary leaf: all that share its box.
+    /// Triangles of a binary leaf, which share its box.
     fn group(&self, leaf: usize) -> &[u32] {
         self.groups.get(self.binary.primitive_indices[self.node(leaf).first_index as usize] as usize)
     }
@@ -147,17 +147,17 @@ impl<'a> CollapsePlan<'a> {
         (left != 0).then_some([left, left + 1])
     }
 
-    /// Triangles below a binary node.
+    /// Number of triangles below a binary node.
     pub fn count(&self, at: usize) -> usize {
         self.entries[at].count as usize
     }
 
-    /// Levels of four-wide nodes from this box down, when it is one lane; 255 where there are as many or more.
+    /// Levels of four-wide nodes below this box as one lane; 255 stands for 255 or more.
     pub fn height(&self, at: usize) -> u32 {
         self.entries[at].height[0].into()
     }
 
-    /// The binary nodes that are the lanes of this box, when it is a node.
+    /// Returns the binary nodes that become the lanes of this box as a node.
     pub fn lanes(&self, at: usize) -> Vec<usize> {
         let mut lanes = Vec::with_capacity(WIDTH);
         match self.children(at) {

@@ -1,10 +1,10 @@
-//! The BVH holds what it must.
+//! BVHs: every triangle is in one leaf and inside all boxes above it, within the traversal's stack.
 
 use clap::ValueEnum;
 
 use super::*;
 
-/// A repeatable stand-in for randomness, in [0, 1).
+/// A deterministic pseudorandom number in [0, 1).
 fn noise(index: u32) -> f32 {
     let mut x = index.wrapping_mul(0x9E37_79B9) ^ 0x5bd1_e995;
     x = (x ^ (x >> 15)).wrapping_mul(0x2c1b_3c6d);
@@ -26,7 +26,7 @@ fn built(triangles: &[Triangle]) -> Bvh {
     build(triangles, LEVELS, &BvhOptions::default())
 }
 
-/// Walks the BVH, checks boxes and blocks, and returns its depth in nodes.
+/// Walks the BVH, checks boxes and blocks, and returns its depth in levels of nodes.
 pub fn check(triangles: &[Triangle], bvh: &Bvh) -> u32 {
     let mut seen = vec![0; triangles.len()];
     let mut blocks_seen = vec![0; bvh.blocks.len()];
@@ -40,10 +40,10 @@ pub fn check(triangles: &[Triangle], bvh: &Bvh) -> u32 {
             let max = Vec3::new(node.max_x[lane], node.max_y[lane], node.max_z[lane]);
             let child = node.children[lane];
             if min.x == f32::MAX {
-                assert_eq!((min, max, child), (Vec3::MAX, Vec3::MAX, LEAF), "empty lanes are canonical");
+                assert_eq!((min, max, child), (Vec3::MAX, Vec3::MAX, LEAF), "empty lanes must be canonical");
                 continue;
             }
-            assert!(lower.cmple(min).all() && max.cmple(upper).all(), "boxes nest");
+            assert!(lower.cmple(min).all() && max.cmple(upper).all(), "boxes must nest");
             if child & LEAF == 0 {
                 stack.push((child as usize, depth + 1, min, max));
                 continue;
@@ -54,7 +54,7 @@ pub fn check(triangles: &[Triangle], bvh: &Bvh) -> u32 {
                 let [a, b, c] =
                     [block.a, block.b, block.c].map(|corner| Vec3::from(corner.map(|axis| axis[lane])));
                 if lane as u32 >= block.count {
-                    assert!(a == b && b == c, "unused lanes are never hit");
+                    assert!(a == b && b == c, "unused lanes must be points");
                     continue;
                 }
                 let old = bvh.order[block.first as usize + lane] as usize;
@@ -66,13 +66,13 @@ pub fn check(triangles: &[Triangle], bvh: &Bvh) -> u32 {
             }
         }
     }
-    assert!(seen.iter().all(|&times| times == 1), "every triangle is in exactly one leaf");
+    assert!(seen.iter().all(|&times| times == 1), "every triangle must be in exactly one leaf");
     assert!(blocks_seen.iter().all(|&times| times == 1));
     deepest
 }
 
 #[test]
-fn holds_every_triangle_once_inside_all_its_boxes() {
+fn bvh_holds_every_triangle_once_inside_all_its_boxes() {
     for count in [1, 2, 4, 5, 17, 1000, 5000] {
         let triangles = soup(count, 0.05);
         assert!(check(&triangles, &built(&triangles)) <= LEVELS);
@@ -87,7 +87,7 @@ fn one_triangle_has_a_root_that_is_a_node() {
 
 #[test]
 fn same_triangles_give_the_same_bits_on_any_number_of_threads() {
-    // Two layers alike, so that many boxes cost the same; enough that all that can run side by side does.
+    // Two equal layers, so that many boxes cost the same; large enough that all parallel parts run in parallel.
     let layer = soup(60_000, 0.02);
     let above = |t: &Triangle| Triangle { a: t.a + Vec3::Y, b: t.b + Vec3::Y, c: t.c + Vec3::Y };
     let triangles: Vec<_> = layer.iter().copied().chain(layer.iter().map(above)).collect();
@@ -116,7 +116,7 @@ fn identical_triangles_among_others_are_all_kept() {
 
 #[test]
 fn nested_triangles_stay_within_the_stack() {
-    // Each triangle holds all smaller ones: no split separates them.
+    // Each triangle contains all smaller ones: no split separates them.
     let shrink = |id: i32| 0.97_f32.powi(id);
     let triangles: Vec<_> = (0..2000)
         .map(|id| Triangle { a: Vec3::ZERO, b: Vec3::X * shrink(id), c: Vec3::Y * shrink(id) })
@@ -125,7 +125,7 @@ fn nested_triangles_stay_within_the_stack() {
 }
 
 #[test]
-fn balancing_holds_every_triangle_within_min_levels() {
+fn balanced_bvh_holds_every_triangle_within_min_levels() {
     let triangles = soup(4096, 0.02);
     let boxes: Vec<Aabb> = triangles.iter().map(bounds).collect();
     let groups = Groups::from_boxes(&boxes);
@@ -137,7 +137,7 @@ fn balancing_holds_every_triangle_within_min_levels() {
     builder.balanced(&mut all);
     assert_eq!(check(&triangles, &builder.shape.bvh(&triangles)), min_levels(4096));
 
-    // A budget one level above the least forces a mixture of planned and balanced parts.
+    // A budget one level above the minimum forces a mixture of planned and balanced parts.
     builder.shape = Shape::default();
     builder.node(0, min_levels(4096) + 1);
     assert!(check(&triangles, &builder.shape.bvh(&triangles)) <= min_levels(4096) + 1);

@@ -1,5 +1,5 @@
-//! The top level of the BVH where there are instances: the world's triangles are one leaf, every instance another. Rebuilt for
-//! every pose, of least depth.
+//! Top level of the BVH of a scene with instances: one leaf for the world's triangles, and one for each instance. It is rebuilt
+//! for every pose, with minimum depth.
 
 use caustics_kernels::interface::bvh::BvhNode;
 use obvhs::aabb::Aabb;
@@ -7,24 +7,24 @@ use obvhs::aabb::Aabb;
 use super::plan::WIDTH;
 use super::{LEVELS, empty_node, set_lane};
 
-/// Instances at most: the levels that are left then hold BVHs of millions of triangles.
+/// Maximum number of instances: the levels below then hold BVHs of millions of triangles.
 pub const MAX_INSTANCES: usize = (1 << 20) - 1;
 
-/// A leaf: its box (m), and the child that a node refers to.
+/// A leaf: its box, and the child that a node refers to.
 #[derive(Clone, Copy, Debug)]
 pub struct Leaf {
     /// Box in the world (m).
     pub bounds: Aabb,
-    /// Index of a node or an instance, with its flag.
+    /// Index of a node or of an instance, with its flag.
     pub child: u32,
 }
 
-/// Nodes that this many leaves take at most.
+/// Maximum number of nodes for this number of leaves.
 pub fn node_count(leaves: usize) -> usize {
     leaves.max(1)
 }
 
-/// Levels that are left for the BVHs below this many leaves.
+/// Number of levels that are left for the BVHs below this number of leaves.
 pub fn levels_below(leaves: usize) -> u32 {
     let (mut levels, mut capacity) = (1, WIDTH);
     while capacity < leaves {
@@ -33,14 +33,14 @@ pub fn levels_below(leaves: usize) -> u32 {
     LEVELS - levels
 }
 
-/// Fills the nodes at the head of a BVH; the first is the root, those that are not needed are empty.
+/// Fills the first nodes of a BVH; the first is the root, and unused nodes are empty.
 pub fn build(nodes: &mut [BvhNode], mut leaves: Vec<Leaf>) {
     nodes.fill(empty_node());
     let mut used = 0;
     node(nodes, &mut used, &mut leaves);
 }
 
-/// Appends a node: halves along the longest axis, and halves of each along its own.
+/// Appends a node of up to four lanes: splits along the longest axis, then each half along its own.
 fn node(nodes: &mut [BvhNode], used: &mut usize, leaves: &mut [Leaf]) -> u32 {
     let id = *used;
     *used += 1;
@@ -56,7 +56,7 @@ fn node(nodes: &mut [BvhNode], used: &mut usize, leaves: &mut [Leaf]) -> u32 {
     id as u32
 }
 
-/// Halves along the longest axis of the box around all; one of a leaf.
+/// Splits leaves in half along the longest axis of their box; a single leaf stays whole.
 fn halves(leaves: &mut [Leaf]) -> impl Iterator<Item = &mut [Leaf]> {
     let size = bounds(leaves).diagonal();
     let axis = if size.x >= size.y.max(size.z) { 0 } else { 1 + usize::from(size.z > size.y) };

@@ -1,4 +1,4 @@
-//! Edits of the nodes of a scene.
+//! Applies edits to the nodes of a scene.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -10,28 +10,28 @@ use crate::file_nodes::no_node;
 use crate::{Scene, SceneError};
 use caustics_files::text::cut;
 
-/// Channels by node of the rig and the part that they set.
+/// Channels by node and property.
 type Channels = BTreeMap<(usize, Path), Channel>;
 
 impl Scene {
-    /// Places nodes otherwise, from the next [`Scene::pose`] on, and takes back all edits before. Of a node that is placed by a
-    /// matrix, rotation and scale are those nearest to it where one of the two is set.
+    /// Replaces all edits of nodes, from the next [`Scene::pose`] on. If a node has a matrix and an edit sets only its rotation
+    /// or its scale, the other is the nearest to the matrix.
     ///
     /// # Errors
     ///
-    /// If there is no such node or it has another name, or it was neither loaded as one of
-    /// [`LoadOptions::grabbed`](crate::LoadOptions::grabbed) nor moved by an animation; then nothing changes. A transform that
-    /// cannot be shown is found by [`Scene::pose`].
+    /// If a node does not exist or has another name; or if it may not move, which takes
+    /// [`LoadOptions::grabbed`](crate::LoadOptions::grabbed) or an animation. Then nothing changes. [`Scene::pose`] finds
+    /// transforms that cannot be shown.
     pub fn edit(&mut self, edits: &[NodeEdit]) -> Result<(), SceneError> {
         self.play(&Edits { nodes: edits.into(), ..Edits::default() })
     }
 
-    /// The same with keys: nodes move by them, and so does a camera of its own where keys have one,
-    /// [`Recorded::NAME`](crate::Recorded::NAME). A camera that stands still is left to [`Scene::place_camera`].
+    /// Replaces all edits, with keyframes: nodes follow them, and so does a camera [`Recorded::NAME`](crate::Recorded::NAME) if
+    /// keyframes have one. The caller places a resting camera with [`Scene::place_camera`].
     ///
     /// # Errors
     ///
-    /// Those of [`Scene::edit`]; a camera that cannot be placed.
+    /// Errors of [`Scene::edit`], or a camera that cannot be placed.
     pub fn play(&mut self, edits: &Edits) -> Result<(), SceneError> {
         edits.check().map_err(|error| self.wrong_edits(error.to_string()))?;
         let channels = self.channels(edits)?;
@@ -45,17 +45,17 @@ impl Scene {
         Ok(())
     }
 
-    /// An error of edits that are not of this scene.
+    /// An error for edits that do not fit this scene.
     fn wrong_edits(&self, what: String) -> SceneError {
         SceneError::Edits { file: self.file().into(), what }
     }
 
-    /// How messages call its file.
+    /// Name of the file in messages.
     fn file(&self) -> &str {
         self.motion.as_ref().map_or(&self.name, |motion| &motion.file)
     }
 
-    /// What edits set, by nodes that may be moved.
+    /// Channels of the edits, for nodes that may move.
     fn channels(&self, edits: &Edits) -> Result<Channels, SceneError> {
         let joints = self.rig.joints.iter().enumerate();
         let of_file = joints.filter_map(|(id, joint)| Some((joint.of_file.as_ref()?.index, id)));
@@ -67,7 +67,7 @@ impl Scene {
             for (path, value) in edit.parts() {
                 let channel = channels.entry((joint, path));
                 let channel = channel.or_insert_with(|| Channel::linear(path));
-                // Where keys set it they alone count.
+                // Keyframes override values without a time.
                 if is_key || channel.times.is_empty() {
                     channel.times.push(time);
                     channel.values.push(value);
@@ -82,7 +82,7 @@ impl Scene {
         Ok(channels)
     }
 
-    /// Refuses an edit of a node that is another, or stands still.
+    /// Refuses an edit of a node with another name, or of a node that may not move.
     fn check_edit(&self, joint: usize, edit: &NodeEdit) -> Result<(), SceneError> {
         let joint = &self.rig.joints[joint];
         let name = joint.of_file.as_ref().and_then(|of_file| of_file.name.as_deref());
@@ -102,7 +102,7 @@ impl Scene {
 }
 
 impl NodeEdit {
-    /// The parts that it sets.
+    /// Properties that it sets, with their values.
     fn parts(&self) -> impl Iterator<Item = (Path, DVec4)> {
         let vector = |vector: [f64; 3]| DVec3::from(vector).extend(0.0);
         let translation = self.translation.map(|translation| (Path::Translation, vector(translation)));
@@ -113,7 +113,7 @@ impl NodeEdit {
 }
 
 impl Channel {
-    /// One without keys yet.
+    /// A linear channel without keys.
     pub(super) fn linear(path: Path) -> Channel {
         Channel { path, interpolation: Interpolation::Linear, times: Vec::new(), values: Vec::new() }
     }

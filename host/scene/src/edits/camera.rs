@@ -1,4 +1,4 @@
-//! The camera of a scene that follows keys of edits.
+//! The camera that follows the keyframes of edits.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use crate::viewpoint::{Position, Whole};
 use crate::{Scene, SceneCamera, SceneError};
 
 impl Scene {
-    /// Has a camera follow what keys say of one, if they do; else none.
+    /// Adds a camera that follows the keyframes' cameras. Without any, removes it.
     pub(super) fn record(&mut self, keys: &[Keyframe]) -> Result<(), SceneError> {
         let keys: Vec<(f64, &CameraEdit)> =
             keys.iter().filter_map(|key| Some((key.time, key.camera.as_ref()?))).collect();
@@ -37,7 +37,7 @@ impl Scene {
         Ok(())
     }
 
-    /// The camera that follows keys, at a time (s), and its index.
+    /// Returns the index of the camera that follows keyframes, and the camera at a time (s).
     pub(crate) fn recorded_camera(&self, time: f64) -> Result<Option<(usize, SceneCamera)>, SceneError> {
         let Some(recorded) = &self.recorded else { return Ok(None) };
         Ok(Some((recorded.camera, self.follow(recorded, time)?)))

@@ -1,21 +1,21 @@
-//! What edits must be like.
+//! Checks of edits: ranges of values, order of times.
 
 use std::collections::BTreeSet;
 
 use super::{CameraEdit, Edits, EditsError, NodeEdit};
 use crate::viewpoint::FIELDS;
 
-/// Largest number: what comes of those of two nodes is finite.
+/// Largest magnitude of a number: the product of two nodes' values stays finite.
 const LARGEST: f64 = 1e30;
-/// Latest key (s), as of animations.
+/// Latest time of a key (s), equal to the limit of animations.
 const LATEST: f64 = 1e9;
 
 impl Edits {
-    /// Refuses what no scene can show.
+    /// Refuses values that no scene can show.
     ///
     /// # Errors
     ///
-    /// What is wrong, and where it stands.
+    /// The first wrong value, with its path.
     pub fn check(&self) -> Result<(), EditsError> {
         check_camera("camera", self.camera.as_ref())?;
         check_nodes("nodes", &self.nodes)?;

@@ -1,4 +1,4 @@
-//! The file of edits: what it says, that nothing is lost in it, and what is refused.
+//! Files of edits: parsing, round trips to the bit, and refused values.
 
 use super::*;
 
@@ -34,7 +34,7 @@ fn refused(text: &str) -> String {
 }
 
 #[test]
-fn a_file_says_where_things_are() {
+fn file_of_edits_sets_cameras_nodes_and_keys() {
     let edits = Edits::parse(FILE).unwrap();
     let camera = CameraEdit { from: [1.5, 1.0, -3.0], look_at: [0.0, 0.5, 0.0], fov: 40.0 };
     assert_eq!(edits.camera, Some(camera));
@@ -52,7 +52,7 @@ fn a_file_says_where_things_are() {
 }
 
 #[test]
-fn what_is_written_is_read_to_the_bit() {
+fn written_edits_are_read_back_to_the_bit() {
     let edits = Edits::parse(FILE).unwrap();
     assert_eq!(Edits::parse(&edits.to_toml().unwrap()).unwrap(), edits);
     // Numbers of all sizes and signs, by a linear congruential generator [Knuth, MMIX].
@@ -82,7 +82,7 @@ fn what_is_written_is_read_to_the_bit() {
 }
 
 #[test]
-fn what_no_scene_can_show_is_refused() {
+fn edits_with_values_out_of_range_are_refused() {
     let node = |what: &str| format!("nodes = [{{ node = 1, {what} }}]");
     for (text, words) in [
         (node("translation = [nan, 0, 0]"), "nodes[0] has a number that is not finite"),
@@ -111,13 +111,13 @@ fn what_no_scene_can_show_is_refused() {
         let error = refused(&text);
         assert!(error.contains(words), "{text}: {error}");
     }
-    // It is not written, either.
+    // Such edits cannot be written either.
     let key = Keyframe { time: f64::NAN, camera: None, nodes: Vec::new() };
     assert!(Edits { keys: vec![key], ..Edits::default() }.to_toml().is_err());
 }
 
 #[test]
-fn errors_name_the_file() {
+fn errors_of_edits_name_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("moved.toml");
     let error = || Edits::load(&path).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! The image of an environment: read from a file, made small enough.
+//! Image of an environment: read from a file, reduced to a size that the tables hold.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -11,15 +11,15 @@ use caustics_files::caught::decoded;
 use caustics_files::file::read_file;
 use caustics_files::image_file::Channels;
 
-/// Largest width (texels); its texels are 96 MiB at 2:1, below what every Vulkan device binds.
+/// Maximum width (texels). At 2:1 the texels take 96 MiB, which every Vulkan device can bind.
 const MAX_WIDTH: u32 = 4096;
-/// Largest height (texels).
+/// Maximum height (texels).
 const MAX_HEIGHT: u32 = 2048;
-/// Largest radiance that is kept (W m^-2 sr^-1).
+/// Maximum radiance; larger values are clamped (W m^-2 sr^-1).
 const MAX_RADIANCE: f32 = 1e15;
-/// The first bytes of a Radiance HDR file.
+/// First bytes of a Radiance HDR file.
 const HDR_MAGIC: &[u8] = b"#?";
-/// Largest side of a Radiance HDR file (texels); its texels take 12 bytes, and as much again while it is read.
+/// Maximum side of a Radiance HDR file (texels); a texel takes 12 bytes, and twice that while it is read.
 const MAX_SIDE: u32 = 16_384;
 
 /// Radiance by direction, row by row from the top.
@@ -34,7 +34,7 @@ pub struct EnvironmentImage {
 }
 
 impl EnvironmentImage {
-    /// These radiances, as far as light can be sampled by them, made small enough for the tables.
+    /// Creates an image from radiances, which are made usable for light sampling. The image is halved until the tables hold it.
     pub fn new(width: u32, height: u32, texels: Vec<Vec3>) -> EnvironmentImage {
         assert!(!texels.is_empty() && texels.len() as u64 == u64::from(width) * u64::from(height));
         let mut image = EnvironmentImage { width, height, texels: texels.into_iter().map(usable).collect() };
@@ -44,14 +44,14 @@ impl EnvironmentImage {
         image
     }
 
-    /// The image of a file; an error says what is wrong.
+    /// Reads an image file; an error describes the fault.
     pub fn read(path: &Path) -> Result<EnvironmentImage, String> {
         EnvironmentImage::decode(
             &read_file(path).map_err(|error| format!("cannot be read ({error}); check the path"))?,
         )
     }
 
-    /// The image in a file's bytes.
+    /// Decodes the bytes of an image file.
     pub fn decode(bytes: &[u8]) -> Result<EnvironmentImage, String> {
         let (width, height, texels) =
             if bytes.starts_with(HDR_MAGIC) { radiance_hdr(bytes)? } else { open_exr(bytes)? };
@@ -61,7 +61,7 @@ impl EnvironmentImage {
         Ok(EnvironmentImage::new(width, height, texels))
     }
 
-    /// Half as wide and half as high: each texel is the mean of four; a last odd one counts twice.
+    /// Halves width and height. Each texel is the mean of four; an odd last one counts twice.
     fn half(&self) -> EnvironmentImage {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
         let at = |x: u32, y: u32| {
@@ -75,7 +75,7 @@ impl EnvironmentImage {
     }
 }
 
-/// A radiance that light can be sampled by: what is negative or no number is none, what is infinite very much.
+/// Makes a radiance usable for light sampling: negative values and NaN become 0, infinity the maximum.
 fn usable(radiance: Vec3) -> Vec3 {
     Vec3::from_array(
         radiance.to_array().map(|channel| if channel > 0.0 { channel.min(MAX_RADIANCE) } else { 0.0 }),
@@ -87,7 +87,7 @@ fn radiance_hdr(bytes: &[u8]) -> Result<(u32, u32, Vec<Vec3>), String> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Hdr);
     let mut limits = image::Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
-    // Its texels are copied once.
+    // The texels are copied once.
     limits.max_alloc = caustics_files::memory::available().map(|bytes| bytes / 2);
     reader.limits(limits);
     let image =
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn halves_keep_the_mean_of_even_pictures() {
+    fn halves_keep_the_mean_of_images_of_even_size() {
         let texels = (0..32).map(|i| Vec3::splat(i as f32)).collect();
         let half = EnvironmentImage { width: 8, height: 4, texels }.half();
         assert_eq!((half.width, half.height), (4, 2));
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_radiance_is_none() {
+    fn negative_and_nan_radiances_become_zero() {
         let odd = Vec3::new(-1.0, f32::NAN, f32::INFINITY);
         assert_eq!(usable(odd), Vec3::new(0.0, 0.0, MAX_RADIANCE));
     }

@@ -1,4 +1,4 @@
-//! Accessors: numbers in buffers, of every type that glTF and KHR_mesh_quantization have.
+//! Accessors: numbers in buffers, of every type of glTF and KHR_mesh_quantization.
 
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
@@ -13,8 +13,8 @@ mod bytes;
 mod reader;
 
 impl<'a> AccessorReader<'a> {
-    /// Reads N numbers an element: floats, or integers of 8 or 16 bits, which are shares of their largest where the accessor is
-    /// `normalized`. Elements that are neither in a buffer nor replaced are zero.
+    /// Reads N numbers an element: floats, or integers of 8 or 16 bits. Integers of a `normalized` accessor are divided by their
+    /// largest value. Elements without bytes are zero.
     pub fn numbers<const N: usize>(&self, index: Index<Accessor>) -> Result<Vec<[f32; N]>, SceneError> {
         let accessor = self.get(index)?;
         let has_shape = matches!(accessor.type_, Checked::Valid(shape) if shape.multiplicity() == N);
@@ -48,7 +48,7 @@ impl<'a> AccessorReader<'a> {
         Ok(all)
     }
 
-    /// Reads an attribute of as many elements as there are vertices; another number is refused before they are read.
+    /// Reads a vertex attribute. An accessor with another number of elements than vertices is refused before it is read.
     pub fn vertex_attribute<const N: usize>(
         &self,
         index: Index<Accessor>,
@@ -63,7 +63,7 @@ impl<'a> AccessorReader<'a> {
         self.numbers(index)
     }
 
-    /// Number of elements of an accessor of any type, once those of its buffer view are known to be there. Reads none.
+    /// Number of elements of an accessor of any type. Checks that their bytes exist, and reads none.
     pub fn count(&self, index: Index<Accessor>) -> Result<u64, SceneError> {
         let accessor = self.get(index)?;
         let (Some(component), Checked::Valid(shape)) = (component(accessor), accessor.type_) else {
@@ -73,7 +73,7 @@ impl<'a> AccessorReader<'a> {
         self.elements(index, accessor, size).map(|_| accessor.count.0)
     }
 
-    /// Number of unsigned integers, once they are known to be there. Reads none.
+    /// Number of unsigned integers. Checks that their bytes exist, and reads none.
     pub fn integer_count(&self, index: Index<Accessor>) -> Result<u64, SceneError> {
         let (accessor, size) = self.integer(index)?;
         self.elements(index, accessor, size).map(|_| accessor.count.0)
@@ -92,7 +92,7 @@ impl<'a> AccessorReader<'a> {
     }
 }
 
-/// Reads the number at the beginning of some bytes.
+/// Reads the number at the start of a slice.
 type Read = fn(&[u8]) -> f32;
 
 /// Size of a component (bytes), and its reader.
@@ -107,7 +107,7 @@ fn reader(component: ComponentType) -> Option<(usize, Read)> {
     })
 }
 
-/// Divisor of the numbers of an accessor: its integers' largest where it is `normalized`, else 1.
+/// Divisor of the numbers of an accessor: the largest integer of its type if it is `normalized`, else 1.
 pub fn largest(accessor: &Accessor) -> f32 {
     match component(accessor).filter(|_| accessor.normalized) {
         Some(ComponentType::I8) => 127.0,
@@ -118,7 +118,7 @@ pub fn largest(accessor: &Accessor) -> f32 {
     }
 }
 
-/// Divides a number by `largest`; the least of signed integers becomes -1 too.
+/// Divides a number by `largest`. The smallest signed integer gives -1 too.
 pub fn share(number: f32, largest: f32) -> f32 {
     if largest == 1.0 { number } else { (number / largest).max(-1.0) }
 }

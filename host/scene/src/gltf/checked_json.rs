@@ -1,4 +1,4 @@
-//! Stage 2, the checks: JSON of a version that is read, whose members have the types of glTF, in terms that the later stages know.
+//! Stage 2, the checks: the version, the types of all members, and the translation of extensions for later stages.
 
 use serde_json::Value;
 
@@ -22,9 +22,9 @@ pub struct CheckedJson {
 }
 
 impl CheckedJson {
-    /// Parses a text, refuses what is no glTF 2, and rewrites extensions in terms of what later stages read.
+    /// Parses a text, refuses documents that are not glTF 2, and rewrites extensions for later stages.
     pub fn read(json: &[u8], context: &mut ImportContext<'_>) -> Result<CheckedJson, SceneError> {
-        // Sections are there twice, and so is the text.
+        // Twice: the text and the sections are copied once.
         context.take(2 * json_tree_bytes(json), "its JSON")?;
         let mut value = json::parse(json).map_err(|error| context.document_error(error))?;
 

@@ -14,14 +14,14 @@ pub struct Container<'a> {
 /// Chunk of a .glb file.
 struct Chunk<'a> {
     kind: &'a [u8],
-    /// Its bytes, if all of them are there.
+    /// Bytes of the chunk, if complete.
     bytes: Option<&'a [u8]>,
-    /// Beginning of the next chunk.
+    /// Offset of the next chunk.
     end: usize,
 }
 
 impl<'a> Container<'a> {
-    /// Splits a file. Chunks of other kinds, and bytes behind the last chunk, are skipped.
+    /// Splits a file. Chunks of other kinds, and bytes behind the last chunk, are ignored.
     pub fn split(file: &str, bytes: &'a [u8]) -> Result<Container<'a>, SceneError> {
         let Some(rest) = bytes.strip_prefix(b"glTF") else {
             return Ok(Container { json: without_mark(bytes), binary: None });
@@ -60,7 +60,7 @@ impl<'a> Container<'a> {
     }
 }
 
-/// Chunk that begins at a position.
+/// Chunk at an offset.
 fn chunk(bytes: &[u8], at: usize) -> Option<Chunk<'_>> {
     let (length, kind) = (word(bytes, at)? as usize, bytes.get(at + 4..at + 8)?);
     let end = (at + 8).saturating_add(length);

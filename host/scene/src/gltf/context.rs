@@ -1,4 +1,4 @@
-//! Import of one file: its options, the memory that it may take, and what is noted about it.
+//! Context of an import: the file's options, the memory budget, and the warnings.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -11,46 +11,46 @@ use crate::SceneError;
 use caustics_files::memory::{Budget, Short};
 use caustics_files::text::cut;
 
-/// Required extension that is not supported.
+/// A required extension that is not supported.
 #[derive(Clone, Debug)]
 pub struct MissingExtension {
-    /// Its name.
+    /// Name of the extension.
     pub extension: String,
     /// Advice to the user.
     pub remedy: &'static str,
 }
 
-/// Characters of a name in messages at most.
+/// Maximum length of a name in messages (characters).
 const MAX_NAME: usize = 80;
 
-/// Context that all stages of an import share: settings go in, warnings come out.
+/// Context that all stages of an import share. Options go in, warnings come out.
 pub struct ImportContext<'a> {
     /// Path of the file, for messages.
     pub file: &'a str,
-    /// Folder of the file, in which the files that it names are looked for.
+    /// Folder of the file, to which its references are relative.
     pub folder: &'a Path,
     /// Options of the caller.
     pub options: &'a LoadOptions,
-    /// First extension that the file requires and is read without.
+    /// First unsupported extension that the file requires.
     pub missing_extension: Option<MissingExtension>,
-    /// Memory for what is yet to be read.
+    /// Memory budget of the rest of the import.
     budget: Budget,
     warnings: Warnings,
 }
 
 impl<'a> ImportContext<'a> {
-    /// Begins the import of a file; all memory that is available may be taken.
+    /// Begins the import of a file, with a budget of all available memory.
     pub fn new(file: &'a str, folder: &'a Path, options: &'a LoadOptions) -> ImportContext<'a> {
         let (budget, warnings) = (Budget::new(), Warnings::default());
         ImportContext { file, folder, options, missing_extension: None, budget, warnings }
     }
 
-    /// Notes that an element (empty: the file) asks for what is not rendered, or not as it asks for it.
+    /// Warns that an element (empty: the file) has a property that is not rendered, or not as described.
     pub fn warn(&mut self, owner: &str, what: impl Display) {
         self.warnings.note(owner, what);
     }
 
-    /// Notes what is wrong with an element and what is rendered instead. Returns the error where the file is read strictly.
+    /// Warns of a fault in an element, and of the replacement. Strict reading returns the error instead.
     pub fn replace(
         &mut self,
         owner: &str,
@@ -70,7 +70,7 @@ impl<'a> ImportContext<'a> {
         self.warnings.lines(self.file)
     }
 
-    /// Takes memory for what is about to be read (bytes, by an estimate).
+    /// Reserves memory before data is read (bytes, estimated).
     pub fn take(&mut self, bytes: u64, what: impl Display) -> Result<(), SceneError> {
         self.budget.take(bytes).map_err(|Short { needed, available }| SceneError::Memory {
             file: self.file.into(),
@@ -80,7 +80,7 @@ impl<'a> ImportContext<'a> {
         })
     }
 
-    /// Takes memory for what is freed before the next of its kind is read: the growth of the `largest` so far (bytes).
+    /// Reserves memory that is freed before the next object of its kind is read: the growth over the `largest` so far (bytes).
     pub fn take_for_a_while(
         &mut self,
         bytes: u64,
@@ -112,12 +112,12 @@ impl ImportContext<'_> {
         SceneError::Document { file: self.file.into(), what: what.to_string() }
     }
 
-    /// Error of an element that refers to what is not there.
+    /// Error of an element with an index out of range.
     pub fn index_error(&self, owner: &str, kind: &'static str, index: usize, count: usize) -> SceneError {
         SceneError::Index { file: self.file.into(), owner: owner.into(), kind, index, count }
     }
 
-    /// Error of what cannot be decompressed.
+    /// Error of compressed data.
     pub fn compressed_error(&self, what: impl Display) -> SceneError {
         SceneError::Compressed { file: self.file.into(), what: what.to_string() }
     }
@@ -127,7 +127,7 @@ impl ImportContext<'_> {
         SceneError::Mesh { file: self.file.into(), mesh: mesh.into(), what: what.to_string() }
     }
 
-    /// Error of a node, or of what stands on it.
+    /// Error of a node, or of an object on it.
     pub fn node_error(&self, node: &str, what: impl Display) -> SceneError {
         SceneError::Node { file: self.file.into(), node: node.into(), what: what.to_string() }
     }
@@ -152,7 +152,7 @@ impl ImportContext<'_> {
         SceneError::Environment { file: self.file.into(), what: what.to_string() }
     }
 
-    /// Error of a file that is read without an extension which it requires: that may be why. All others stay as they are.
+    /// Adds the missing extension to an error as a possible cause. Without a missing extension, returns the error unchanged.
     pub fn explained(&self, error: SceneError) -> SceneError {
         match self.missing_extension.clone() {
             None => error,

@@ -1,7 +1,6 @@
-//! Stage 3, decoding: a document in which nothing is compressed any more and vertex colours are materials and textures.
+//! Stage 3, decoding: decompresses meshes, and turns vertex colours into materials and textures.
 //!
-//! Images are decoded later (`scene_builder/image.rs`): which of them a scene shows, and so how much memory they take, is known
-//! only then.
+//! Images are decoded later (`scene_builder/image.rs`), once the set of shown images and their memory is known.
 
 use std::collections::HashMap;
 
@@ -16,20 +15,20 @@ mod meshopt;
 pub mod model;
 mod vertex_colors;
 
-/// Pass that replaces a part of a model by plain buffers, materials and textures.
+/// A pass that replaces part of a model by plain buffers, materials and textures.
 type DecodingPass = fn(&mut Model, &mut ImportContext<'_>) -> Result<(), SceneError>;
 
-/// Passes, in their order.
+/// Passes in order.
 const PASSES: [DecodingPass; 3] = [
-    // Buffer views whose bytes are compressed
+    // Compressed buffer views
     meshopt::decompress,
     // Primitives that are compressed as a whole; their streams may lie in such views
     draco::decompress,
-    // Vertex colours, whose accessors both may make
+    // Vertex colours, whose accessors both passes may create
     vertex_colors::bake,
 ];
 
-/// Decodes a document by all passes.
+/// Runs all passes on a document.
 pub fn decode(document: Document, context: &mut ImportContext<'_>) -> Result<Model, SceneError> {
     let mut model = Model { document, atlases: HashMap::new() };
     for pass in PASSES {

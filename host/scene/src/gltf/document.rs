@@ -16,20 +16,20 @@ pub mod extension;
 mod members;
 pub mod sections;
 
-/// Sections that the types of the crate gltf cannot parse, or that nothing reads of them.
+/// Sections that the crate gltf cannot parse, or that are not read from its types.
 const LEFT_OUT: [&str; 6] = ["animations", "extensionsRequired", "images", "samplers", "skins", "textures"];
 
-/// Document whose JSON has types and whose buffers are loaded.
+/// A document with typed JSON and loaded buffers.
 pub struct Document {
-    /// Sections by the types of the crate gltf.
+    /// Sections in the types of the crate gltf.
     pub root: Root,
-    /// Sections by types of the import.
+    /// Sections in the import's own types.
     pub sections: Sections,
     /// Contents of the buffers.
     pub buffers: Vec<Vec<u8>>,
     /// Number of buffer views of the file; decoding appends others.
     pub view_count: usize,
-    /// Length of the JSON and the buffers, as they were read (bytes).
+    /// Length of the JSON and the buffers (bytes).
     pub bytes: u64,
     /// `extras.background` of the default scene.
     pub background: Vec3,
@@ -40,7 +40,7 @@ pub struct Document {
 }
 
 impl Document {
-    /// Gives checked JSON its types and loads its buffers.
+    /// Gives checked JSON its types, and loads its buffers.
     pub fn load(
         json: CheckedJson,
         binary: Option<&[u8]>,
@@ -54,7 +54,7 @@ impl Document {
         let sections = Sections::take(&mut value).map_err(|error| context.document_error(error))?;
         let root = typed(value).map_err(|error| context.document_error(error))?;
 
-        // Load buffers, once memory is taken for them
+        // Reserve memory for the buffers, then load them
         let buffers = root.buffers.iter().zip(&is_fallback).filter(|(_, is_fallback)| !**is_fallback);
         let lengths = buffers.map(|(buffer, _)| buffer.byte_length.0);
         context.take(lengths.fold(0, u64::saturating_add), "its buffers")?;
@@ -64,7 +64,7 @@ impl Document {
         Ok(Document { root, sections, buffers, view_count, bytes, background, environment, image_based })
     }
 
-    /// Bytes of a buffer view of the file. An error says what is wrong with the reference.
+    /// Bytes of a buffer view of the file. An error describes the fault of the reference.
     pub fn view_bytes(&self, index: usize) -> Result<&[u8], String> {
         let views = &self.root.buffer_views[..self.view_count];
         let view = views
@@ -74,7 +74,7 @@ impl Document {
         self.buffer_bytes(view.buffer.value(), start, view.byte_length.0)
     }
 
-    /// Bytes of a part of a buffer. An error says what is wrong with the reference.
+    /// Bytes of a part of a buffer. An error describes the fault of the reference.
     pub fn buffer_bytes(&self, buffer: usize, start: u64, length: u64) -> Result<&[u8], String> {
         let count = self.buffers.len();
         let bytes = self
@@ -89,7 +89,7 @@ impl Document {
     }
 }
 
-/// Parses JSON by the types of the crate gltf, but for what they do not know.
+/// Parses JSON into the types of the crate gltf, without the parts that they do not support.
 fn typed(mut value: Value) -> Result<Root, serde_json::Error> {
     if let Some(members) = value.as_object_mut() {
         LEFT_OUT.iter().for_each(|section| drop(members.remove(*section)));
@@ -100,7 +100,7 @@ fn typed(mut value: Value) -> Result<Root, serde_json::Error> {
     serde_json::from_slice(&json)
 }
 
-/// Radiance behind everything: `extras.background` of the default scene, else black.
+/// Background radiance: `extras.background` of the default scene, or black.
 fn background(document: &Value) -> Result<Vec3, String> {
     let background = &scene_extras(document)["background"];
     if background.is_null() {
@@ -121,7 +121,7 @@ fn default_scene(document: &Value) -> &Value {
     &document["scenes"][scene as usize]
 }
 
-/// Three radiances.
+/// Radiance of three channels.
 pub fn radiance(value: &Value) -> Option<Vec3> {
     let channels: Option<Vec<f32>> = value
         .as_array()

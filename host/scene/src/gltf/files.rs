@@ -8,7 +8,7 @@ use super::container::Container;
 use super::document::{buffer, scene_extras};
 use caustics_files::file::read_file;
 
-/// Returns the document, and the files of its buffers, its images and its environment. Faults are left out: loading names them.
+/// Lists the document, and the files of its buffers, images and environment. Faults are ignored: loading names them.
 pub fn files(path: &Path) -> Vec<PathBuf> {
     let bytes = read_file(path).unwrap_or_default();
     let json = Container::split("", &bytes).map(|container| container.json).unwrap_or_default();

@@ -1,15 +1,15 @@
-//! Stage 1, the text: JSON as a tree of values. Whatever a file holds where glTF lets it hold anything does not end the parser.
+//! Stage 1, the text: parses JSON into a tree of values. Content that glTF leaves open does not end the parser.
 
 use serde_json::Value;
 
-/// Largest depth of brackets that is read; the parser of JSON ends at 128, and glTF needs a dozen.
+/// Maximum depth of brackets. The JSON parser stops at 128; glTF needs a dozen.
 const MAX_DEPTH: usize = 100;
 
-/// Parses a text. `extras` and unknown extensions may nest to any depth and hold any number: where the parser ends at one, they
-/// are read without it.
+/// Parses a text. `extras` and unknown extensions may nest to any depth and hold any number: if the parser refuses them, the text
+/// is read without them.
 pub fn parse(json: &[u8]) -> Result<Value, serde_json::Error> {
     let mut value = serde_json::from_slice(json).or_else(|_| {
-        // Find errors of the text without recursion and values.
+        // Find errors of the text without recursion and without building values.
         serde_json::from_slice::<serde::de::IgnoredAny>(json)?;
         serde_json::from_slice(&tamed(json))
     })?;
@@ -17,8 +17,8 @@ pub fn parse(json: &[u8]) -> Result<Value, serde_json::Error> {
     Ok(value)
 }
 
-/// Text whose numbers f64 holds, those beyond being replaced by very large ones, and whose lists and objects at the largest depth
-/// are empty.
+/// Text that the parser accepts: numbers beyond f64 become very large ones, and lists and objects at the maximum depth become
+/// empty.
 fn tamed(json: &[u8]) -> Vec<u8> {
     let mut depth = 0_usize;
     let mut kept = Vec::with_capacity(json.len());
@@ -41,7 +41,7 @@ fn tamed(json: &[u8]) -> Vec<u8> {
     kept
 }
 
-/// Pieces of a text: strings with their quotes, numbers, and single bytes.
+/// Tokens of a text: strings with their quotes, numbers, and single bytes.
 fn tokens(json: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = json;
     std::iter::from_fn(move || {
@@ -67,7 +67,7 @@ fn tokens(json: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Makes integers of whole numbers: 3.0 may stand where glTF wants an integer.
+/// Converts whole numbers to integers: 3.0 may stand for an integer of glTF.
 fn make_whole(value: &mut Value) {
     match value {
         Value::Array(elements) => elements.iter_mut().for_each(make_whole),
@@ -82,7 +82,7 @@ fn make_whole(value: &mut Value) {
     }
 }
 
-/// Removes all `extras`: they may be any JSON, which the types of documents do not know.
+/// Removes all `extras`: they may be any JSON, which the document types do not support.
 pub fn remove_extras(value: &mut Value) {
     match value {
         Value::Array(elements) => elements.iter_mut().for_each(remove_extras),
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_that_nest_too_deep_are_emptied_and_nothing_else() {
+    fn only_lists_that_nest_too_deep_are_emptied() {
         let deep = |depth: usize| format!("{}1{}", "[".repeat(depth), "]".repeat(depth));
         let text = |depth: usize| format!(r#"{{"a":{},"b":"[\\\"[","c":[[2]]}}"#, deep(depth));
         let (near, far) = (text(MAX_DEPTH - 2), text(100_000));
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_f64_does_not_hold_become_very_large_ones() {
+    fn numbers_beyond_f64_become_very_large_ones() {
         let text =
             r#"{"1e999":["1e999\\\"1e999",1e999,-1e999,{"a":123456789e400}],"b":[true,false,1.5e3,-0]}"#;
         let read = parse(text.as_bytes()).unwrap();

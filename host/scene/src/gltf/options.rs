@@ -7,21 +7,21 @@ use crate::bvh::BvhOptions;
 /// Options of [`Scene::load_with`](crate::Scene::load_with).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Refuses files with elements that are missing or out of range. Else they are replaced, with a warning that names them.
+    /// Refuses files with elements that are missing or out of range. Otherwise they are replaced, with a warning that names them.
     pub strict: bool,
-    /// Variant of the materials, by its name (KHR_materials_variants); `None` for what the file shows without one.
+    /// Name of the material variant (KHR_materials_variants); `None`: the file's default materials.
     pub variant: Option<String>,
-    /// The animation that plays, by its name; `None` for all together, of which the last counts where several set the same.
+    /// Name of the animation that plays; `None`: all together, where the last one wins if several set the same property.
     pub animation: Option<String>,
-    /// Puts the scene on a floor: a wide Lambertian square right under its bounds.
+    /// Puts the scene on a floor: a wide Lambertian square under its bounds.
     pub floor: bool,
-    /// Number of triangles that copies of meshes that stand still may take: paths are faster without instances. Beyond, the
-    /// meshes that would take most are stored once.
+    /// Maximum number of triangles in copies of resting meshes: paths are faster without instances. Above it, meshes are stored
+    /// once, the largest first.
     pub copies: u64,
-    /// Nodes, by their index in the file, that [`Scene::edit`](crate::Scene::edit) may place: they and what is below them are
-    /// loaded as if an animation moved them.
+    /// Nodes, by their index in the file, that [`Scene::edit`](crate::Scene::edit) may set. They and their descendants are loaded
+    /// as if an animation moved them.
     pub grabbed: BTreeSet<usize>,
-    /// Options of the BVHs that rays are traced by. None is kept on disk unless the caller names a folder.
+    /// Options of the BVHs. BVHs are stored on disk only if the caller names a folder.
     pub bvh: BvhOptions,
 }
 

@@ -14,7 +14,7 @@ pub fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<Index<Acce
     primitive.attributes.get(&Checked::Valid(semantic)).copied()
 }
 
-/// Mode of a primitive that has triangles.
+/// Mode of a primitive; `None` if it has no triangles.
 pub fn triangle_mode(primitive: &Primitive) -> Option<Mode> {
     match primitive.mode {
         Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => Some(mode),
@@ -22,7 +22,7 @@ pub fn triangle_mode(primitive: &Primitive) -> Option<Mode> {
     }
 }
 
-/// Reads the indices of a primitive and checks that each is of one of so many vertices.
+/// Reads the indices of a primitive, and checks that each is below the number of vertices.
 pub fn indices(
     document: &Document,
     context: &ImportContext<'_>,

@@ -1,4 +1,4 @@
-//! Stage 4, the scene builder: places, reads and assembles all that a decoded document shows.
+//! Stage 4, the scene builder: places, reads and assembles the contents of a decoded document.
 
 use gltf::json::mesh::Mode;
 use gltf::json::validation::Checked;
@@ -33,7 +33,7 @@ pub fn build(model: &Model, context: &mut ImportContext<'_>) -> Result<Scene, Sc
     // Place nodes, meshes, cameras and lights
     let world = node::read(model, context)?;
 
-    // Take memory for all triangles before anything large is decoded; textures say what vertices have to carry
+    // Reserve memory for all triangles before large data is decoded. Textures decide which attributes of vertices are needed
     let sharing = Sharing::plan(model, context, &world.meshes)?;
     let MaterialMaps { parts: textures, mappings } = texture::read(model, context)?;
     let geometry = Geometry::read(model, context, &world, &mappings, &sharing)?;
@@ -47,7 +47,7 @@ pub fn build(model: &Model, context: &mut ImportContext<'_>) -> Result<Scene, Sc
     let mut scene = build_on_floor(parts, context)?;
     scene.dropped_triangles += dropped_triangles;
 
-    // Light it from all around
+    // Add the environment
     if let Some(map) = environment::read(model, context)? {
         scene.set_environment(map)?;
     }
@@ -55,7 +55,7 @@ pub fn build(model: &Model, context: &mut ImportContext<'_>) -> Result<Scene, Sc
     Ok(Scene { background: model.background, warnings, ..scene })
 }
 
-/// Brings everything into a world around its origin.
+/// Assembles all tables in a world recentred to its origin.
 fn assemble(
     model: &Model,
     context: &mut ImportContext<'_>,
@@ -96,7 +96,7 @@ fn assemble(
     })
 }
 
-/// Cameras and lights of a node tree in which something moves.
+/// Cameras and lights of a node tree with moving nodes.
 fn motion(
     rig: &NodeTree,
     cameras: Vec<OnNode<SceneCamera>>,
@@ -107,7 +107,7 @@ fn motion(
     moves.then(|| Motion { file: context.file.into(), cameras, lights })
 }
 
-/// Builds a scene, on a floor where the caller asks for one.
+/// Builds a scene, with a floor if the caller asks for one.
 fn build_on_floor(mut parts: SceneParts, context: &ImportContext<'_>) -> Result<Scene, SceneError> {
     let has_floor = context.options.floor && !parts.is_empty();
     if has_floor {

@@ -1,4 +1,4 @@
-//! Good input gives what it says, bad input an error that names the file, and no input a panic.
+//! Valid files give the described scene, invalid ones an error that names the file, and no file a panic.
 
 use std::f32::consts::PI;
 
@@ -117,7 +117,7 @@ fn tiny_with(pointer: &str, value: Value) -> Value {
     document
 }
 
-/// Appends bytes with a buffer view, and an accessor of that view and index; the index of both.
+/// Appends bytes with a buffer view and an accessor of equal index; returns the index.
 fn append(document: &mut Value, binary: &mut Vec<u8>, mut accessor: Value, bytes: &[u8]) -> usize {
     binary.resize(binary.len().next_multiple_of(4), 0);
     let view = json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": bytes.len() });
@@ -128,7 +128,7 @@ fn append(document: &mut Value, binary: &mut Vec<u8>, mut accessor: Value, bytes
     let index = views.len() - 1;
     accessor["bufferView"] = json!(index);
     let accessors = document["accessors"].as_array_mut().unwrap();
-    // Where there are more views than accessors, what lies between is none that anybody reads.
+    // If there are more views than accessors, unused accessors fill the gap.
     accessors.resize(index, json!({ "componentType": 5126, "count": 0, "type": "SCALAR" }));
     accessors.push(accessor);
     index
@@ -143,7 +143,7 @@ fn refuses(result: Result<Scene, SceneError>, words: &[&str]) {
 }
 
 #[test]
-fn a_triangle_is_read_and_recentred() {
+fn triangle_is_read_and_recentred() {
     let scene = load(&tiny(), &tiny_binary()).unwrap();
     assert_eq!(scene.origin, DVec3::new(0.5, 0.5, 0.0));
     assert_eq!(scene.triangles[0].b, Vec3::new(0.5, -0.5, 0.0));
@@ -188,7 +188,7 @@ fn priorities_of_media_are_read_and_open_ones_named() {
             "{warning}"
         );
     }
-    // The lowest there is, and what is no integer.
+    // The lowest priority, and values that are not integers.
     let lowest = scene(json!(-8));
     assert!(lowest.materials[1].priority < lowest.materials[2].priority);
     for wrong in [json!("first"), json!(1.5), json!(1e30), json!(null)] {
@@ -198,7 +198,7 @@ fn priorities_of_media_are_read_and_open_ones_named() {
 }
 
 #[test]
-fn far_scenes_are_as_fine_as_near_ones() {
+fn far_scenes_are_as_precise_as_near_ones() {
     let mut document = tiny();
     document["nodes"][0]["translation"] = json!([100_000, 0, 0]);
     document["nodes"][1]["translation"] = json!([100_000, 0, 5]);
@@ -218,7 +218,7 @@ fn transforms_compose_and_mirrors_keep_the_front() {
     let scene = load(&document, &tiny_binary()).unwrap();
     let face = face_normal(&scene.triangles[0]);
     assert!((face - Vec3::X).length() < 1e-6, "{face}");
-    // The file's normals went the same way: they are the face's own, which is written as zero.
+    // The file's normals equal the face normals, and so are stored as zero.
     assert_eq!(scene.surfaces[0].normal_a, Vec3::ZERO);
     assert!((scene.flux.x - 2.0 * PI).abs() < 1e-5);
 }
@@ -298,7 +298,7 @@ fn point_lights_are_read() {
     refuses(load(&document, &tiny_binary()), &["light 7", "main"]);
 }
 
-/// `tiny` without emission, its camera's node carrying this light.
+/// `tiny` without emission, with this light on the node of the camera.
 fn lit_by(light: &Value) -> Value {
     let mut document = tiny();
     document["materials"] = json!([{}]);
@@ -312,7 +312,7 @@ fn spot_and_directional_lights_shine_along_minus_z() {
     let mut document = lit_by(&json!({
         "type": "spot", "intensity": 2, "spot": { "innerConeAngle": 0.2, "outerConeAngle": 0.5 }, "range": 3,
     }));
-    // A quarter turn about y takes -z to -x; the scale does not count.
+    // A quarter turn about y takes -z to -x; the scale has no effect.
     document["nodes"][1]["rotation"] = json!([0, 0.5_f64.sqrt(), 0, 0.5_f64.sqrt()]);
     document["nodes"][1]["scale"] = json!([2, 3, 4]);
     let scene = load(&document, &tiny_binary()).unwrap();
@@ -331,7 +331,7 @@ fn spot_and_directional_lights_shine_along_minus_z() {
     let sun = scene.lights[0];
     assert_eq!((sun.kind, sun.emission), (Features::DIRECTIONAL_LIGHTS.0, Vec3::new(4.0, 2.0, 0.0)));
     assert!((sun.direction - Vec3::NEG_X).length() < 1e-6);
-    assert!(sun.position.x > 0.5, "the disc lies before the scene: {}", sun.position);
+    assert!(sun.position.x > 0.5, "the disc must lie before the scene: {}", sun.position);
     assert!((scene.flux.x - 4.0 * PI * sun.radius * sun.radius).abs() < 1e-4);
     assert!(
         scene.features(0.25).has(Features::DIRECTIONAL_LIGHTS)
@@ -368,7 +368,7 @@ fn bad_spots_are_refused() {
 }
 
 #[test]
-fn what_is_not_rendered_is_named_once() {
+fn warnings_name_each_unsupported_feature_once() {
     let mut document = tiny();
     document["materials"][0]["extensions"] = json!({
         "KHR_materials_sheen": {},

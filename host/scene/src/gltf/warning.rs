@@ -1,26 +1,26 @@
-//! Warnings: one line for each thing that is not rendered, however many elements ask for it.
+//! Warnings: one line for each unsupported feature, with the elements that have it.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
 
-/// Number of elements at most that a line names.
+/// Maximum number of elements that a line names.
 const MAX_NAMED: usize = 3;
-/// Number of lines at most.
+/// Maximum number of lines.
 const MAX_LINES: usize = 32;
 
-/// Notes, grouped.
+/// Warnings, grouped by text.
 #[derive(Debug, Default)]
 pub struct Warnings {
-    /// Texts, and the first elements that ask for each, in the order of the notes.
+    /// Texts with the names of their first elements, in the order of the notes.
     kinds: Vec<(String, Vec<String>)>,
-    /// All elements that ask for each, by kind.
+    /// All elements of each text.
     owners: Vec<HashSet<String>>,
-    /// Indices of the kinds by their texts.
+    /// Index in `kinds`, by text.
     known: HashMap<String, usize>,
 }
 
 impl Warnings {
-    /// Notes that an element (empty: the file) asks for something that is not rendered. Repeated notes count once.
+    /// Adds a warning of an element (empty: the file). Repeated warnings count once.
     pub fn note(&mut self, owner: &str, what: impl Display) {
         let what = what.to_string();
         let id = *self.known.entry(what).or_insert_with_key(|what| {
@@ -33,7 +33,7 @@ impl Warnings {
         }
     }
 
-    /// Lines of all notes, each with the file's name.
+    /// Lines of all warnings, each with the name of the file.
     pub fn lines(&self, file: &str) -> Vec<String> {
         let kinds = self.kinds.iter().zip(&self.owners);
         let line = |((what, named), owners): (&(String, Vec<String>), &HashSet<String>)| {

@@ -1,4 +1,4 @@
-//! Mean emission of a triangle, by which its light is chosen.
+//! Mean emission of a triangle, which determines its selection probability.
 
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_BLEND, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
@@ -6,16 +6,15 @@ use caustics_kernels::interface::scene::SceneTables;
 use caustics_kernels::texture::emission::emission_at;
 use glam::DVec3;
 
-/// Positions on all triangles together, at most. Beyond, a triangle's probability of being chosen is less exact, not its light.
+/// Maximum number of samples on all triangles. Above it, selection probabilities are less exact; the light is not.
 const MAX_POSITIONS: f32 = 1.0e7;
-/// Steps along a triangle's edge, at most and at least.
+/// Minimum and maximum number of steps along a triangle's edge.
 const STEPS: (f32, f32) = (8.0, 1000.0);
 
-/// What lets emission vary over a triangle, or leaves a share of it.
+/// Flags of materials whose emission varies over a triangle or is reduced by alpha.
 const VARIES: u32 = FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT | FLAG_BLEND;
 
-/// Mean radiance over a triangle (W m^-2 sr^-1): what its texture and its alpha leave of the material's emission, at
-/// positions half a texel apart.
+/// Mean radiance over a triangle (W m^-2 sr^-1), with texture and alpha, from samples half a texel apart.
 pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
     let id = scene.surfaces[triangle as usize].material as usize;
     let material = &scene.materials[id];
@@ -37,7 +36,7 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
     let max_steps = (MAX_POSITIONS / scene.triangles.len() as f32).sqrt().clamp(STEPS.0, STEPS.1);
     let steps = (2.0 * texels).clamp(STEPS.0, max_steps).ceil() as u32;
 
-    // Centres of the small triangles, those that stand upright and those upside down.
+    // Sample the centres of upright and inverted sub-triangles.
     let mut sum = DVec3::ZERO;
     for row in 0..steps {
         for column in 0..steps - row {

@@ -1,4 +1,4 @@
-//! Tangents and density of a triangle on its textures.
+//! Tangents and texel density of a triangle.
 
 use caustics_kernels::interface::texture::TextureCoordinates;
 use caustics_kernels::interface::triangle::Triangle;
@@ -7,8 +7,8 @@ use glam::{Vec3, Vec4Swizzles};
 use super::parts::CornerCoordinates;
 use crate::geometry;
 
-/// The row of a triangle. Without tangents of the file they run along growing u, the same at all corners; without an
-/// area on the texture there are none, and a normal map does nothing.
+/// Texture coordinate record of a triangle. If the file has no tangents, they run along increasing u, the same at all corners. A
+/// triangle without an area on the texture has no tangents, and ignores its normal map.
 pub fn record(triangle: &Triangle, corners: &CornerCoordinates) -> TextureCoordinates {
     let [a, b, c] = geometry::corners(triangle);
     let [uv_a, uv_b, uv_c] = corners.uv;
@@ -24,7 +24,7 @@ pub fn record(triangle: &Triangle, corners: &CornerCoordinates) -> TextureCoordi
         None => {
             let towards_u = ((b - a) * along_c.y - (c - a) * along_b.y) * twice_area;
             let tangent = towards_u.try_normalize().map_or(Vec3::ZERO, |tangent| tangent.as_vec3());
-            // The map's y runs up the image, against growing v.
+            // The map's y axis points up the image, against increasing v.
             ([tangent; 3], if twice_area > 0.0 { -1.0 } else { 1.0 })
         }
     };
@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn tangents_run_along_u_and_bitangents_up_the_image() {
         let triangle = Triangle { a: Vec3::ZERO, b: 2.0 * Vec3::X, c: 2.0 * Vec3::Y };
-        // The image upright on the plane: v falls while y grows. And mirrored: u falls while x grows.
+        // An upright image on the plane: v decreases along y. Then a mirrored one: u decreases along x.
         for (sign, handedness) in [(1.0, 1.0), (-1.0, -1.0)] {
             let uv = [Vec2::new(0.0, 1.0), Vec2::new(sign, 1.0), Vec2::new(0.0, 0.0)];
             let record = record(&triangle, &CornerCoordinates { uv, tangents: None });

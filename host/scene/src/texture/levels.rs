@@ -1,9 +1,9 @@
-//! The levels of a texture: each half as wide and high as the one before, averaged over the area that a texel covers.
+//! Levels of a texture: each has half the width and height of the one before, averaged over the area of a texel.
 
 use super::parts::{Image, Role};
 use super::srgb;
 
-/// Levels down to a single texel.
+/// Number of levels, down to a single texel.
 pub fn count(width: u32, height: u32) -> u32 {
     width.max(height).ilog2() + 1
 }
@@ -13,17 +13,17 @@ fn sizes(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
     (0..count(width, height)).map(move |level| ((width >> level).max(1), (height >> level).max(1)))
 }
 
-/// Texels of all levels.
+/// Number of texels of all levels.
 pub fn texels(width: u32, height: u32) -> u64 {
     sizes(width, height).map(|(width, height)| u64::from(width) * u64::from(height)).sum()
 }
 
-/// Appends the words of all levels of an image.
+/// Appends the texels of all levels of an image.
 pub fn append(words: &mut Vec<u32>, image: &Image, role: Role) {
     words.extend(image.texels.iter().map(|&texel| u32::from_le_bytes(texel)));
     let decode = Decoder::new(role);
     let (mut width, mut height) = (image.width as usize, image.height as usize);
-    // Bytes serve as the first source: floats of the finest level would take four times the memory.
+    // Read the finest level from bytes: its floats would take four times the memory.
     let mut coarser: Option<Vec<[f32; 4]>> = None;
     for (next_width, next_height) in sizes(image.width, image.height).skip(1) {
         let (next_width, next_height) = (next_width as usize, next_height as usize);
@@ -37,7 +37,7 @@ pub fn append(words: &mut Vec<u32>, image: &Image, role: Role) {
     }
 }
 
-/// Averages over the areas of the coarser texels; sizes that are odd give texels weights.
+/// Averages over the areas of the coarser texels, with fractional weights for odd sizes.
 fn halve(
     width: usize,
     height: usize,
@@ -65,7 +65,7 @@ fn halve(
     level
 }
 
-/// For each coarser texel of a line: the first finer one below it, and the shares of it and the two after.
+/// For each coarser texel of a line: the first finer texel below it, and the weights of this one and the next two.
 fn weights(size: usize, next: usize) -> Vec<(usize, [f32; 3])> {
     let ratio = size as f64 / next as f64;
     let range = |texel: usize| {
@@ -80,7 +80,7 @@ fn weights(size: usize, next: usize) -> Vec<(usize, [f32; 3])> {
     (0..next).map(range).collect()
 }
 
-/// Bytes to numbers, linear.
+/// Decodes bytes to linear numbers.
 struct Decoder {
     color: [f32; 256],
     alpha: [f32; 256],
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn weights_cover_every_texel_once() {
+    fn weights_of_levels_cover_every_texel_once() {
         for (size, next) in [(1, 1), (2, 1), (3, 1), (5, 2), (7, 3), (8, 4), (4097, 2048)] {
             let mut covered = vec![0.0; size + 3];
             for (first, shares) in weights(size, next) {
@@ -170,7 +170,7 @@ mod tests {
         let mut words = Vec::new();
         append(&mut words, &Image { width: 2, height: 1, texels }, Role::Normal);
         let [x, y, z, _] = words[2].to_le_bytes();
-        // Half way between x and z: (1, 0, 1) / sqrt 2.
+        // The mean of x and z: (1, 0, 1) / sqrt 2.
         assert_eq!((x, y, z), (218, 128, 218));
     }
 }

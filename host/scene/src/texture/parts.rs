@@ -1,4 +1,4 @@
-//! What textures add to a scene before its tables are made, and what is refused of it.
+//! Inputs of texture tables, and their checks.
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::material::{
@@ -12,10 +12,10 @@ use glam::{Vec2, Vec4};
 
 use crate::SceneError;
 
-/// Largest side of an image (texels).
+/// Maximum side of an image (texels).
 pub const MAX_SIDE: u32 = 16_384;
 
-/// An image of eight bits a channel, rows from the top.
+/// An image of eight bits a channel, rows from top to bottom.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
     /// Width (texels).
@@ -26,12 +26,12 @@ pub struct Image {
     pub texels: Vec<[u8; 4]>,
 }
 
-/// What a texture's texels are; it decides how they are averaged.
+/// Kind of a texture's texels; it determines the averaging.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
     /// Colours in sRGB, averaged in linear light.
     Color,
-    /// Shares.
+    /// Linear data.
     Data,
     /// Normals, averaged as vectors.
     Normal,
@@ -47,44 +47,44 @@ impl Role {
     }
 }
 
-/// An image with how it is used.
+/// An image with its use as a texture.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageTexture {
     /// Index of the image.
     pub image: usize,
-    /// What its texels are.
+    /// Kind of the texels.
     pub role: Role,
     /// `WRAP_*` along u and v.
     pub wrap: [u32; 2],
-    /// No interpolation between the texels of a level.
+    /// Whether texels of a level are not interpolated.
     pub nearest: bool,
-    /// Its finest level alone is looked at: texels beside each other have nothing to do with each other.
+    /// Whether only the finest level is used, because neighbouring texels are unrelated.
     pub finest: bool,
 }
 
-/// Where a triangle's corners lie on its material's textures.
+/// Texture coordinates of a triangle's corners.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CornerCoordinates {
-    /// Coordinates, (0, 0) the image's upper left corner.
+    /// Coordinates; (0, 0) is the image's upper left corner.
     pub uv: [Vec2; 3],
-    /// Unit tangents with the bitangent's sign as glTF gives them; none: along growing u.
+    /// Unit tangents with glTF's sign of the bitangent; `None`: along increasing u.
     pub tangents: Option<[Vec4; 3]>,
 }
 
-/// Everything that textures add to a scene; all empty where nothing is textured.
+/// Texture inputs of a scene; empty without textures.
 #[derive(Clone, Debug, Default)]
 pub struct TextureParts {
     /// Images.
     pub images: Vec<Image>,
-    /// Textures of them.
+    /// Textures that use the images.
     pub textures: Vec<ImageTexture>,
-    /// Textures of materials, a row a material.
+    /// Textures of materials, one record each.
     pub materials: Vec<MaterialTextures>,
-    /// A row a triangle.
+    /// Texture coordinates, one record a triangle.
     pub coordinates: Vec<CornerCoordinates>,
 }
 
-/// Refuses parts that do not belong together, and values that no kernel can use.
+/// Refuses parts that do not fit together, and values that no kernel can use.
 pub fn check(
     file: &str,
     parts: &TextureParts,
@@ -142,14 +142,14 @@ pub fn check(
 }
 
 impl TextureParts {
-    /// Whether the alpha of a material is one everywhere, as far as its texture has texels.
+    /// Whether the alpha of a material is one everywhere, as far as its texture's texels tell.
     pub fn is_opaque(&self, record: &MaterialTextures) -> bool {
         let image = self.textures.get(record.base_color as usize).map(|texture| &self.images[texture.image]);
         record.alpha == 1.0 && image.is_none_or(|image| image.texels.iter().all(|texel| texel[3] == 255))
     }
 }
 
-/// Flags by alpha.
+/// Flags of alpha.
 const FLAGS_ALPHA: u32 = FLAG_CUT_OUT | FLAG_BLEND;
 
 /// Sets the flags of materials by their textures.
@@ -166,7 +166,7 @@ pub fn set_flags(materials: &mut [Material], parts: &TextureParts) {
             material.flags |= flag;
         }
         if record.blends != 0 {
-            // The faces of a medium say where it begins and ends, to every path alike.
+            // The faces of a medium bound it for all paths alike, so media ignore alpha.
             if !material.is_medium() && !parts.is_opaque(record) {
                 material.flags |= FLAG_BLEND;
             }

@@ -1,6 +1,6 @@
-//! The curve of sRGB.
+//! sRGB transfer function.
 
-/// What bytes stand for in linear light.
+/// Linear values of all bytes.
 pub struct Decoder([f32; 256]);
 
 impl Default for Decoder {
@@ -10,18 +10,18 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// The linear share that a byte stands for.
+    /// Linear value of a byte.
     pub fn decode(&self, byte: u8) -> f32 {
         self.0[usize::from(byte)]
     }
 }
 
-/// The linear share of an encoded one.
+/// Linear value of an encoded one.
 pub fn linear(share: f64) -> f64 {
     if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The encoded share of a linear one.
+/// Encoded value of a linear one.
 pub fn encoded(linear: f32) -> f32 {
     let linear = linear.max(0.0);
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }

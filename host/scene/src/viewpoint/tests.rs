@@ -1,8 +1,8 @@
-//! What is placed has all in view, and is what its name says.
+//! Placed cameras show the whole scene, and their names reproduce them.
 
 use super::*;
 
-/// Bounds of every kind: a room, a speck, a country, a sheet in each plane, a line, a point, far away.
+/// Bounds of every kind: a room, a speck, a country, a rectangle in each plane, a line, a point, far away.
 fn kinds() -> Vec<[DVec3; 2]> {
     let around = |centre: DVec3, size: DVec3| [centre - 0.5 * size, centre + 0.5 * size];
     let room = DVec3::new(4.0, 2.0, 3.0);
@@ -19,7 +19,7 @@ fn kinds() -> Vec<[DVec3; 2]> {
     kinds
 }
 
-/// Half of the image's width and height that a position is away from its middle, or none behind the eye.
+/// Distance of a position from the image's centre, in half widths and half heights; `None` behind the eye.
 fn seen(whole: &Whole, position: DVec3, aspect: f64) -> Option<(f64, f64)> {
     let forward = (whole.look_at.0 - whole.from.0).normalize();
     let (right, up) = axes(forward);
@@ -28,7 +28,7 @@ fn seen(whole: &Whole, position: DVec3, aspect: f64) -> Option<(f64, f64)> {
     (depth > 0.0).then(|| (p.dot(right) / (depth * aspect), p.dot(up) / depth))
 }
 
-/// The corners' largest distance from the middle.
+/// Largest distance of a corner from the centre.
 fn extent(whole: &Whole, [lower, upper]: [DVec3; 2], aspect: f64) -> f64 {
     let corners = (0..8).map(|corner| {
         let pick = |bit: u32, low: f64, high: f64| if corner & bit == 0 { low } else { high };
@@ -40,7 +40,7 @@ fn extent(whole: &Whole, [lower, upper]: [DVec3; 2], aspect: f64) -> f64 {
 }
 
 #[test]
-fn all_is_in_view_with_a_margin_whatever_the_bounds() {
+fn default_view_shows_bounds_of_any_kind_with_a_margin() {
     for bounds in kinds() {
         for aspect in [16.0 / 9.0, 1.0, 0.2] {
             let orbit = |azimuth, elevation| Orbit { azimuth, elevation, distance: None };
@@ -54,9 +54,9 @@ fn all_is_in_view_with_a_margin_whatever_the_bounds() {
             ]) {
                 let whole = viewpoint.whole(bounds, aspect);
                 let extent = extent(&whole, bounds, aspect);
-                // Five digits of the distance are rounded away, of a margin of a tenth.
+                // The margin of a tenth covers the rounding to five digits.
                 assert!(extent < FILLED + 1e-3, "{whole} of {bounds:?} at {aspect}: {extent}");
-                // And not from needlessly far away, where there is something to see.
+                // The camera is not farther away than needed, if the scene has an extent.
                 let has_size = bounds[0].distance(bounds[1]) > 0.0 && viewpoint.look_at.is_none();
                 assert!(!has_size || extent > 0.3 * FILLED, "{whole} of {bounds:?} at {aspect}: {extent}");
             }
@@ -65,7 +65,7 @@ fn all_is_in_view_with_a_margin_whatever_the_bounds() {
 }
 
 #[test]
-fn a_view_that_is_too_near_is_noticed() {
+fn detects_a_view_that_is_too_near() {
     let bounds = kinds()[0];
     let near = Viewpoint {
         eye: Some(Eye::On(Orbit { distance: Some(3.0), ..THREE_QUARTER })),
@@ -75,7 +75,7 @@ fn a_view_that_is_too_near_is_noticed() {
 }
 
 #[test]
-fn the_front_is_plus_z_and_angles_go_to_plus_x_and_up() {
+fn orbit_starts_at_plus_z_and_turns_to_plus_x_and_up() {
     let to_eye = |azimuth, elevation| Orbit { azimuth, elevation, distance: None }.to_eye();
     assert!((to_eye(0.0, 0.0) - DVec3::Z).length() < 1e-12);
     assert!((to_eye(90.0, 0.0) - DVec3::X).length() < 1e-12);
@@ -84,7 +84,7 @@ fn the_front_is_plus_z_and_angles_go_to_plus_x_and_up() {
     assert!(default.min_element() > 0.0 && default.z > default.x, "{default}");
 }
 
-/// The options of a name, read as the command line does.
+/// Reads the options in a name, like the command line.
 fn read(name: &str) -> Viewpoint {
     let words: Vec<&str> = name.split(' ').collect();
     let value = |option: &str| words[words.iter().position(|word| *word == option).unwrap() + 1];
@@ -100,13 +100,13 @@ fn read(name: &str) -> Viewpoint {
 }
 
 #[test]
-fn a_name_pasted_gives_the_same_camera_to_the_bit() {
+fn camera_name_as_options_gives_the_same_camera_to_the_bit() {
     for [lower, upper] in kinds() {
         let origin = 0.5 * (lower + upper);
         let bounds = [lower, upper].map(|corner| (corner - origin).as_vec3());
         let mut scene = Scene { origin, bounds, ..Scene::default() };
         let first = scene.place_camera(&Viewpoint::default(), 1.5).unwrap().clone();
-        // The image may have another shape then.
+        // The second image may have another aspect ratio.
         let again = scene.place_camera(&read(&first.name), 0.7).unwrap();
         assert_eq!(*again, first);
         assert!(first.position.is_finite() && first.position.length() > 0.0);
@@ -115,12 +115,12 @@ fn a_name_pasted_gives_the_same_camera_to_the_bit() {
 }
 
 #[test]
-fn each_option_alone_makes_sense() {
+fn each_viewpoint_option_works_alone() {
     let bounds = [DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 2.0, 1.0)];
     let whole = |viewpoint: Viewpoint| viewpoint.whole(bounds, 1.0);
     let from = whole(Viewpoint { eye: Some(Eye::At(Position(DVec3::X * 9.0))), ..Viewpoint::default() });
     assert_eq!((from.from.0, from.look_at.0, from.field), (DVec3::X * 9.0, DVec3::Y, FIELD));
-    // From the middle itself it looks along -z.
+    // From the centre itself the view goes along -z.
     let inside = whole(Viewpoint { eye: Some(Eye::At(Position(DVec3::Y))), ..Viewpoint::default() });
     assert!(inside.look_at.0.z < -1.0 && inside.look_at.0.y == 1.0, "{inside}");
     let at = whole(Viewpoint { look_at: Some(Position(DVec3::X)), ..Viewpoint::default() });
@@ -130,7 +130,7 @@ fn each_option_alone_makes_sense() {
 }
 
 #[test]
-fn what_contradicts_itself_is_refused() {
+fn contradicting_viewpoint_options_are_refused() {
     let position = Some(Position(DVec3::ONE));
     for (camera, from, look_at, field, word) in [
         (Some("orbit:1,2"), position, None, None, "one"),

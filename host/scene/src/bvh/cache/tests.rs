@@ -1,4 +1,4 @@
-//! Files of BVHs: those that are kept are found, and no other makes a BVH that is not one.
+//! Cached BVHs: stored files are found, and no damaged or crafted file gives an invalid BVH.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -27,13 +27,13 @@ fn files(cache: &BvhCache) -> Vec<PathBuf> {
     std::fs::read_dir(&cache.folder).map_or(vec![], |all| all.map(|file| file.unwrap().path()).collect())
 }
 
-/// A whole file of another shape.
+/// A complete file of a given shape.
 fn shape_file(triangles: &[Triangle], shape: &Shape) -> Vec<u8> {
     sealed_file(triangles, shape.children.len(), shape.counts.len(), &shape.parts().concat()).unwrap()
 }
 
 #[test]
-fn cache_finds_the_tree_of_the_same_triangles_and_no_other() {
+fn cache_finds_the_bvh_of_equal_triangles_only() {
     let (_folder, cache) = cache(1 << 30);
     let triangles = soup(WORTH as u32, 0.01);
     let get = |triangles: &[Triangle], build: &dyn Fn() -> Shape| {
@@ -41,11 +41,11 @@ fn cache_finds_the_tree_of_the_same_triangles_and_no_other() {
     };
     let built = get(&triangles, &|| made(&triangles));
     assert_eq!(files(&cache).len(), 1);
-    let found = get(&triangles, &|| panic!("it is there"));
+    let found = get(&triangles, &|| panic!("the cache must hold it"));
     assert_eq!(bytemuck::cast_slice::<_, u8>(&found.nodes), bytemuck::cast_slice::<_, u8>(&built.nodes));
     assert_eq!((&found.blocks, &found.order), (&built.blocks, &built.order));
 
-    // A corner that is elsewhere by one bit, other levels, another quality
+    // A corner that differs by one bit, other levels, another quality
     let mut others = triangles.clone();
     others[WORTH / 2].b.y = others[WORTH / 2].b.y.next_up();
     let is_built = std::cell::Cell::new(false);
@@ -59,13 +59,13 @@ fn cache_finds_the_tree_of_the_same_triangles_and_no_other() {
     assert!(find(LEVELS - 1, BvhQuality::default()).is_none());
     assert!(find(LEVELS, BvhQuality::Best).is_none());
 
-    // A BVH that is built in no time is not kept.
+    // A BVH that builds fast is not stored.
     let few = soup(100, 0.1);
     get(&few, &|| made(&few));
     assert_eq!(files(&cache).len(), 2);
 }
 
-/// The hash that files were named by before, of less than a MiB: each step can be undone.
+/// The former hash of file names, of inputs below a MiB: each step is invertible.
 fn invertible(bytes: &[u8]) -> u64 {
     let (words, rest) = bytes.as_chunks();
     let mut last = [0; 8];
@@ -76,7 +76,7 @@ fn invertible(bytes: &[u8]) -> u64 {
     })
 }
 
-/// Other triangles whose `invertible` hash is that of these: after another first word, a second one makes up for it.
+/// Other triangles with the same `invertible` hash: a second word compensates for another first word.
 fn impostor(triangles: &[Triangle]) -> Vec<Triangle> {
     let state = |word: u64| {
         let product = (0xcbf2_9ce4_8422_2325 ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -99,7 +99,7 @@ fn impostor(triangles: &[Triangle]) -> Vec<Triangle> {
 }
 
 #[test]
-fn a_scene_made_for_the_hash_of_another_does_not_get_into_its_place() {
+fn scene_crafted_for_the_hash_of_another_does_not_replace_its_bvh() {
     let (_folder, cache) = cache(1 << 30);
     let triangles = soup(500, 0.1);
     let others = impostor(&triangles);
@@ -107,13 +107,13 @@ fn a_scene_made_for_the_hash_of_another_does_not_get_into_its_place() {
     assert_eq!(invertible(cast_slice(&others)), invertible(cast_slice(&triangles)));
     cache.keep(key(&others), &made(&others)).unwrap();
     assert!(cache.find(&key(&triangles), &triangles).is_none());
-    // Even under its name the BVH has the boxes of the triangles at hand.
+    // Even under the other scene's name the BVH gets the boxes of the given triangles.
     let bvh = parse(&shape_file(&triangles, &made(&others)), &key(&triangles), &triangles).unwrap();
     check(&triangles, &bvh);
 }
 
 #[test]
-fn damaged_and_foreign_files_are_as_none() {
+fn damaged_and_foreign_files_are_ignored() {
     let (_folder, cache) = cache(1 << 30);
     let [one, other] = [soup(500, 0.1), soup(501, 0.1)];
     cache.keep(key(&one), &made(&one)).unwrap();
@@ -131,10 +131,10 @@ fn damaged_and_foreign_files_are_as_none() {
     }
     std::fs::write(&path, &whole).unwrap();
     assert!(cache.find(&key(&one), &one).is_some());
-    // Whole, but of other triangles
+    // Complete, but of other triangles
     std::fs::rename(&path, cache.folder.join(key(&other).file_name())).unwrap();
     assert!(cache.find(&key(&other), &other).is_none());
-    // Far longer than any BVH of so many triangles, and without end in memory
+    // Much longer than any BVH of this number of triangles, and without limit in memory
     let file = File::create(&path).unwrap();
     if file.set_len(1 << 40).is_ok() {
         assert!(cache.find(&key(&one), &one).is_none());
@@ -143,7 +143,7 @@ fn damaged_and_foreign_files_are_as_none() {
 
 #[cfg(unix)]
 #[test]
-fn pipes_links_to_devices_and_folders_in_the_cache_are_as_none_and_replaced() {
+fn pipes_links_to_devices_and_folders_in_the_cache_are_replaced() {
     let (folder, cache) = cache(1 << 30);
     let triangles = soup(WORTH as u32, 0.01);
     let path = cache.folder.join(key(&triangles).file_name());
@@ -152,7 +152,7 @@ fn pipes_links_to_devices_and_folders_in_the_cache_are_as_none_and_replaced() {
         let made_it = std::process::Command::new("sh").args(["-c", make]).arg(&path).status().unwrap();
         assert!(made_it.success(), "{make}");
         cache.bvh(&triangles, LEVELS, BvhQuality::default(), || made(&triangles));
-        assert!(path.symlink_metadata().unwrap().is_file(), "{make}: a BVH took its place");
+        assert!(path.symlink_metadata().unwrap().is_file(), "{make}: a BVH must replace it");
         std::fs::remove_file(&path).unwrap();
     }
     std::fs::create_dir(&path).unwrap();
@@ -162,12 +162,12 @@ fn pipes_links_to_devices_and_folders_in_the_cache_are_as_none_and_replaced() {
 
 /// Every file has the right key and the right checksum.
 #[test]
-fn crafted_shapes_are_as_none() {
+fn crafted_shapes_are_refused() {
     let triangles = soup(500, 0.05);
     let whole = made(&triangles);
     assert!(accepts(&shape_file(&triangles, &whole), &triangles));
     let (nodes, leaves) = (whole.children.len() as u32, whole.counts.len() as u32);
-    // A lane of the root that is a node; the last node has leaves alone.
+    // A root lane that is a node; the last node has only leaves.
     let root_lane = whole.children[0].iter().position(|child| child & LEAF == 0).expect("a node below");
     let last = nodes as usize - 1;
     let refused = |what: &str, craft: &dyn Fn(&mut Shape)| {
@@ -212,7 +212,7 @@ fn crafted_shapes_are_as_none() {
         let node = |node: u32| [LEAF | node, next(node), NO_CHILD, NO_CHILD];
         shape.children = (0..leaves - 1).map(node).collect();
     });
-    // Sizes that are not those of what follows
+    // Sizes that differ from the payload's
     let payload = whole.parts().concat();
     for (nodes, leaves) in [(0, 0), (1, 1), (usize::MAX, 1), (usize::MAX / 16, usize::MAX), (1, usize::MAX)] {
         let file = sealed_file(&triangles, nodes, leaves, &payload).unwrap();
@@ -220,7 +220,7 @@ fn crafted_shapes_are_as_none() {
     }
 }
 
-/// Boxes are not read: a BVH of any order is a BVH of the triangles at hand.
+/// Boxes are not read: with triangles in any order, the BVH still bounds the given triangles.
 #[test]
 fn sound_shapes_of_another_order_hold_every_triangle_in_its_boxes() {
     let triangles = soup(500, 0.05);
@@ -231,13 +231,13 @@ fn sound_shapes_of_another_order_hold_every_triangle_in_its_boxes() {
 }
 
 #[test]
-fn trees_that_rays_take_for_ever_in_are_neither_taken_nor_kept() {
+fn slow_bvhs_are_neither_used_nor_stored() {
     let (_folder, cache) = cache(1 << 30);
     let triangles = soup(WORTH as u32, 0.01);
     let whole = made(&triangles);
     assert!(is_quick(&whole.clone().bvh(&triangles)));
     let mut shape = whole;
-    // Neighbours far from each other
+    // Separate neighbours.
     let count = shape.order.len();
     shape.order = (0..count).map(|at| shape.order[at * 10_007 % count]).collect();
     assert!(shape.is_sound(count, LEVELS));
@@ -266,7 +266,7 @@ fn boxes_of_the_plan_are_those_of_its_triangles() {
 }
 
 #[test]
-fn files_that_were_not_used_for_longest_go_when_there_is_no_room() {
+fn least_recently_used_files_are_removed_above_the_size_limit() {
     let (_folder, mut cache) = cache(1 << 30);
     let all = [300, 301, 302].map(|count| soup(count, 0.1));
     let find = |cache: &BvhCache, index: usize| cache.find(&key(&all[index]), &all[index]).is_some();
@@ -278,19 +278,19 @@ fn files_that_were_not_used_for_longest_go_when_there_is_no_room() {
         cache.keep(key(triangles), &made(triangles)).unwrap();
         age(index, &cache, 10 + index as u64);
     }
-    // The older one is used: it is no longer that.
+    // Using the older file makes it the newer one.
     assert!(find(&cache, 0));
     cache.max_bytes = 5 * std::fs::metadata(&files(&cache)[0]).unwrap().len() / 2;
     cache.keep(key(&all[2]), &made(&all[2])).unwrap();
     assert_eq!([0, 1, 2].map(|index| find(&cache, index)), [true, false, true]);
-    // One that has no room alone is not kept, and takes no other's.
+    // A BVH that alone exceeds the limit is not stored and removes no other.
     cache.max_bytes = 100;
     cache.keep(key(&all[1]), &made(&all[1])).unwrap();
     assert_eq!(files(&cache).len(), 2);
 }
 
 #[test]
-fn the_builder_is_that_of_the_lock_file() {
+fn builder_version_is_that_of_the_lock_file() {
     let lock = include_str!("../../../../../Cargo.lock");
     let (name, version) = BUILDER.split_once(' ').unwrap();
     assert!(lock.contains(&format!("name = \"{name}\"\nversion = \"{version}\"")));

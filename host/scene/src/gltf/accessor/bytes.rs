@@ -1,4 +1,4 @@
-//! Bytes of an accessor's elements, checked against the ends of their buffers before anything is read.
+//! Bytes of an accessor's elements, checked against the ends of their buffers before they are read.
 
 use gltf::json::accessor::Accessor;
 use gltf::json::validation::Checked;
@@ -7,13 +7,13 @@ use gltf::json::{Index, buffer};
 use super::reader::AccessorReader;
 use crate::SceneError;
 
-/// Elements at most of an accessor that no bytes stand behind, where the file has fewer bytes.
+/// Maximum number of elements without bytes, for a file of fewer bytes.
 const MAX_ZEROS: u64 = 1 << 16;
 
 /// Elements in a buffer view.
 struct Span {
     view: Index<buffer::View>,
-    /// Beginning of the first (bytes).
+    /// Offset of the first element (bytes).
     offset: u64,
     count: u64,
     /// Size of each (bytes).
@@ -21,8 +21,8 @@ struct Span {
 }
 
 impl<'a> AccessorReader<'a> {
-    /// Bytes of each element, once all are known to lie in the view and the view in its buffer; `None` without a view. Elements
-    /// without one cost the file nothing and memory as much as others, so that there are at most as many as the file has bytes.
+    /// Bytes of each element; checks that all lie in the view and that the view lies in its buffer. `None` without a view: such
+    /// elements cost the file nothing but take memory. Their number is therefore limited by the file's length.
     pub(super) fn elements(
         &self,
         index: Index<Accessor>,
@@ -39,7 +39,7 @@ impl<'a> AccessorReader<'a> {
         self.split(index, &Span { view, offset, count, size }).map(Some)
     }
 
-    /// Elements that a sparse accessor replaces: their indices and their bytes.
+    /// Replaced elements of a sparse accessor: their indices and their bytes.
     pub(super) fn substitutes(
         &self,
         index: Index<Accessor>,
@@ -64,7 +64,7 @@ impl<'a> AccessorReader<'a> {
         ids.zip(values).map(pair).collect()
     }
 
-    /// Bytes of each element of a span. All sums saturate: a file's offsets may be as large as 64 bits hold.
+    /// Bytes of each element of a span. Sums saturate, since a file's offsets have up to 64 bits.
     fn split(
         &self,
         index: Index<Accessor>,

@@ -40,7 +40,7 @@ impl<'a> AccessorReader<'a> {
         }
     }
 
-    /// Error of a reference to what is not there.
+    /// Error of an index out of range.
     pub(super) fn index_error(
         &self,
         owner: &str,

@@ -1,5 +1,5 @@
-//! Extensions that a file requires and that are not supported. glTF would have such a file refused; what can be read without
-//! them is rendered all the same, with a warning.
+//! Required extensions that are not supported. glTF demands to refuse such files; they are rendered with a warning if they can be
+//! read without the extension.
 
 use serde_json::Value;
 
@@ -8,8 +8,7 @@ use crate::SceneError;
 use crate::gltf::context::{ImportContext, MissingExtension};
 use caustics_files::text::cut;
 
-/// Warns of required extensions that are not supported, and keeps the first for later errors. Refuses a document that has one
-/// where it is read strictly.
+/// Warns of required extensions that are not supported, and keeps the first for later errors. Strict reading refuses them.
 pub fn check(document: &Value, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
     let required = document["extensionsRequired"].as_array().into_iter().flatten();
     for name in required.filter_map(Value::as_str).filter(|name| !unsupported::EXTENSIONS.contains(name)) {
@@ -29,7 +28,7 @@ pub fn check(document: &Value, context: &mut ImportContext<'_>) -> Result<(), Sc
     Ok(())
 }
 
-/// Advice on a file that requires an extension which is not supported.
+/// Advice on a file that requires an unsupported extension.
 fn remedy(extension: &str) -> &'static str {
     match extension {
         "EXT_texture_avif" => {

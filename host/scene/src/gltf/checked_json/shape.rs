@@ -1,6 +1,6 @@
 //! Shape of a document: the JSON type of each member that is read [glTF 2.0, JSON schemas]. A member of another type is refused
-//! with its path, since a default in its stead would render another scene. Ranges of numbers are checked where they are
-//! used; `null` is taken for a member that is not there, as serializers write it.
+//! with its path, since a default would render another scene. Ranges of numbers are checked where they are used. `null` counts as
+//! a missing member, since serializers write it so.
 
 use serde_json::Value;
 
@@ -10,7 +10,7 @@ use caustics_files::text::cut;
 
 mod members;
 
-/// Refuses a document with a value of a wrong type. The error names its path, its value and the type that it should have.
+/// Refuses a document with a value of a wrong type. The error names its path, its value and the expected type.
 pub fn check(document: &Value) -> Result<(), String> {
     let found = |fault: String| fault.trim_start_matches('.').to_string();
     for (path, kind) in DOCUMENT {

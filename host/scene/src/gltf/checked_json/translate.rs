@@ -1,4 +1,4 @@
-//! Extensions in the terms of others, which later stages read. Works on plain JSON whose types are checked.
+//! Translates extensions into others, which later stages read. Works on plain JSON whose types are checked.
 
 use serde_json::Value;
 
@@ -16,9 +16,9 @@ mod textures;
 mod unlit;
 mod variants;
 
-/// Rewrites a document, with warnings of what is lost.
+/// Rewrites a document, with warnings of the losses.
 pub fn translate(document: &mut Value, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
-    // A member of images that only the import itself sets.
+    // Only the import itself may set this member of images.
     for image in elements(document, "images") {
         image.as_object_mut().and_then(|members| members.remove(SOURCE));
     }

@@ -1,11 +1,11 @@
-//! Warns of what a document asks for and is not rendered. Reads plain JSON, since the types of documents drop some of it.
+//! Warns of elements that are not rendered. Reads plain JSON, since the document types drop some of them.
 
 use serde_json::Value;
 
 use crate::gltf::context::{ImportContext, label};
 use caustics_files::text::cut;
 
-/// Characters of a name of an extension or a texture in messages at most.
+/// Maximum length of a name of an extension or a texture in messages (characters).
 const MAX_NAME: usize = 80;
 
 /// Extensions that are rendered, at least in part.
@@ -32,11 +32,11 @@ pub const EXTENSIONS: &[&str] = &[
     "KHR_texture_transform",
 ];
 
-/// Textures that are rendered; occlusion is not asked for, since light is traced.
+/// Textures that are rendered. Occlusion needs no rendering, since light is traced.
 const TEXTURES: [&str; 5] =
     ["baseColorTexture", "metallicRoughnessTexture", "emissiveTexture", "normalTexture", "occlusionTexture"];
 
-/// Sections whose elements are named in warnings, and names of one element.
+/// Sections whose elements warnings name, with the noun for one element.
 const SECTIONS: [(&str, &str); 6] = [
     ("materials", "material"),
     ("nodes", "node"),
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_page_on_scenes_lists_the_extensions_that_are_rendered_and_no_others() {
+    fn page_on_scenes_lists_exactly_the_rendered_extensions() {
         let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenes.md");
         let page = std::fs::read_to_string(page).expect("the page");
         let table = page.split("| extension | what is rendered | what is not |").nth(1).expect("the table");

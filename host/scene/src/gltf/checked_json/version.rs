@@ -6,10 +6,10 @@ use crate::SceneError;
 use crate::gltf::context::ImportContext;
 use caustics_files::text::cut;
 
-/// Refuses what is no glTF 2. A document that asks for a later reader is read as far as it is known.
+/// Refuses documents that are not glTF 2. Documents with a later minimum version are read as far as possible.
 pub fn check(document: &Value, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
     let version = document["asset"]["version"].as_str().unwrap_or_default();
-    // Sections of glTF 1.0 are objects, and an asset needs no version.
+    // In glTF 1.0, sections are objects and the version is optional.
     let is_old =
         version.starts_with("1.") || ["nodes", "meshes"].iter().any(|name| document[name].is_object());
     if is_old && !version.starts_with("2.") {

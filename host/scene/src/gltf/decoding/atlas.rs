@@ -1,21 +1,21 @@
-//! Images of vertex colours: two by two texels a triangle, whose centres are its corners and the fourth of a parallelogram.
-//! Between them the texture is interpolated as the colours are.
+//! Images of vertex colours: two by two texels a triangle. Three texel centres are the triangle's corners, and the fourth
+//! completes a parallelogram. The texture interpolates like the vertex colours.
 
 use glam::Vec2;
 
 use crate::texture::{Image, MAX_SIDE, srgb};
 
-/// Positions of triangles on such an image.
+/// Layout of triangles on an image of vertex colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Atlas {
-    /// Number of triangles in a row.
+    /// Number of triangles in a row of the image.
     columns: u32,
     /// Number of rows of triangles.
     rows: u32,
 }
 
 impl Atlas {
-    /// Atlas of a number of triangles; none of no triangles, or of more than an image holds.
+    /// Creates an atlas for a number of triangles; `None` for no triangles, or for more than an image holds.
     pub fn for_triangles(triangles: usize) -> Option<Atlas> {
         let columns = (triangles as f64).sqrt().ceil() as usize;
         let max_columns = MAX_SIDE as usize / 2;
@@ -30,7 +30,7 @@ impl Atlas {
         4 * u64::from(self.columns) * u64::from(self.rows)
     }
 
-    /// Positions of the corners of a triangle.
+    /// Texture coordinates of a triangle's corners.
     pub fn corners(&self, triangle: usize) -> [Vec2; 3] {
         let (column, row) = (triangle as u32 % self.columns, triangle as u32 / self.columns);
         let size = Vec2::new((2 * self.columns) as f32, (2 * self.rows) as f32);
@@ -38,7 +38,7 @@ impl Atlas {
         [first, first + Vec2::X, first + Vec2::Y].map(|texel| texel / size)
     }
 
-    /// Image of triangles with these colours at their corners, linear, with alpha.
+    /// Image of triangles with these linear colours (and alpha) at their corners.
     pub fn image(&self, faces: &[[u32; 3]], colors: &[[f32; 4]]) -> Image {
         let (width, height) = (2 * self.columns, 2 * self.rows);
         let mut texels = vec![[255; 4]; width as usize * height as usize];
@@ -55,7 +55,7 @@ impl Atlas {
     }
 }
 
-/// Bytes of a linear colour.
+/// Encodes a linear colour in bytes (sRGB).
 fn encoded([red, green, blue, alpha]: [f32; 4]) -> [u8; 4] {
     let byte = |share: f32| (share * 255.0).round().clamp(0.0, 255.0) as u8;
     let [red, green, blue] = [red, green, blue].map(|linear| byte(srgb::encoded(linear)));

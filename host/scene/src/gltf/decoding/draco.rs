@@ -1,4 +1,4 @@
-//! KHR_draco_mesh_compression: primitives whose vertices and indices are compressed together.
+//! KHR_draco_mesh_compression: primitives with jointly compressed vertices and indices.
 //!
 //! Each becomes a plain primitive: decoded numbers go into new buffers, with accessors of floats and of indices.
 
@@ -22,25 +22,25 @@ use caustics_files::caught::caught;
 
 mod decoded;
 
-/// Memory that decoding a triangle takes for a while (bytes): corner tables and predictions from them.
+/// Temporary memory of the decoder for a triangle (bytes): corner tables and predictions.
 const TRIANGLE_BYTES: u64 = 300;
 
-/// Attribute that the import reads and a stream holds.
+/// An attribute in a stream that the import reads.
 struct DracoAttribute {
     semantic: Semantic,
     accessor: Index<Accessor>,
-    /// Id in the stream.
+    /// Id within the stream.
     id: u64,
 }
 
-/// Result of decoding a stream: accessors of attributes by their ids in it, and of the indices.
+/// Result of decoding a stream: accessors of attributes by their ids, and the accessor of indices.
 #[derive(Clone)]
 struct DecodedStream {
     attributes: HashMap<u64, Index<Accessor>>,
     indices: Index<Accessor>,
 }
 
-/// Decompresses primitives. One that cannot be is left as it is where the file has it uncompressed too.
+/// Decompresses all compressed primitives. If decoding fails, the primitive's uncompressed copy is kept, if the file has one.
 pub fn decompress(model: &mut Model, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
     let document = &mut model.document;
     let mut known: HashMap<(DracoStream, Vec<u64>), DecodedStream> = HashMap::new();
@@ -51,7 +51,7 @@ pub fn decompress(model: &mut Model, context: &mut ImportContext<'_>) -> Result<
         let plain = &document.root.meshes[mesh].primitives[primitive];
         let attributes = attributes(plain, &stream);
 
-        // Decode each stream once, however many primitives have it
+        // Decode each stream once
         let key = (stream, attributes.iter().map(|attribute| attribute.id).collect());
         let decoded = match known.get(&key) {
             Some(decoded) => Ok(decoded.clone()),
@@ -78,14 +78,14 @@ pub fn decompress(model: &mut Model, context: &mut ImportContext<'_>) -> Result<
     Ok(())
 }
 
-/// Whether a primitive's positions are there without compression.
+/// Whether a primitive's positions exist without compression.
 fn has_fallback(document: &Document, mesh: usize, primitive: usize) -> bool {
     let positions = attribute(&document.root.meshes[mesh].primitives[primitive], Semantic::Positions);
     let accessor = positions.and_then(|index| document.root.accessors.get(index.value()));
     accessor.is_some_and(|accessor| accessor.buffer_view.is_some())
 }
 
-/// Attributes of a primitive that the import reads and a stream holds.
+/// Attributes of a primitive that the import reads and the stream holds.
 fn attributes(primitive: &Primitive, stream: &DracoStream) -> Vec<DracoAttribute> {
     let is_read = |semantic: &Semantic| {
         matches!(
@@ -107,16 +107,16 @@ fn attributes(primitive: &Primitive, stream: &DracoStream) -> Vec<DracoAttribute
     known.collect()
 }
 
-/// Size of a primitive, as its document declares it; the decoder stops beyond it.
+/// Declared size of a primitive; the decoder stops beyond it.
 #[derive(Clone, Copy)]
 struct Declared {
     faces: u64,
-    /// Decoded numbers and indices (bytes).
+    /// Size of the decoded numbers and indices (bytes).
     bytes: u64,
 }
 
 impl Declared {
-    /// Takes memory for all that is decoded of a primitive.
+    /// Reserves memory for the decoded data of a primitive.
     fn take(
         document: &Document,
         context: &mut ImportContext<'_>,
@@ -142,7 +142,7 @@ impl Declared {
     }
 }
 
-/// Decodes a stream into new accessors. An error says what is wrong with it.
+/// Decodes a stream into new accessors. An error describes the fault.
 fn decode(
     document: &mut Document,
     attributes: &[DracoAttribute],
@@ -167,7 +167,7 @@ fn decode_stream(bytes: &[u8], declared: Declared) -> Result<Mesh, String> {
     let limits = DecodeLimits::default()
         .with_max_faces(declared.faces)
         .with_max_decoded_bytes(declared.bytes.saturating_mul(2));
-    // The decoder is made to return errors; should one of its checks be missing, damaged bytes must not end the program.
+    // The decoder returns errors; should one of its checks be missing, damaged bytes must not end the program.
     let decoded = caught(|| {
         let mut mesh = Mesh::new();
         let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
@@ -188,6 +188,6 @@ fn link(primitive: &mut Primitive, attributes: &[DracoAttribute], decoded: &Deco
         }
     }
     primitive.indices = Some(decoded.indices);
-    // Strips are decoded into triangles.
+    // The decoder turns strips into triangles.
     primitive.mode = Checked::Valid(Mode::Triangles);
 }

@@ -1,7 +1,7 @@
-//! EXT_meshopt_compression and KHR_meshopt_compression: buffer views whose bytes are compressed.
+//! EXT_meshopt_compression and KHR_meshopt_compression: compressed buffer views.
 //!
-//! Each such view becomes a plain one of a new buffer, before anything reads it. Decoded bytes never exceed the counts that
-//! the document says, and memory is taken for them first.
+//! Each compressed view becomes a plain view of a new buffer, before other passes read it. The document's counts limit the number
+//! of decoded bytes, and memory is reserved for them first.
 
 use gltf::json::Index;
 use gltf::json::validation::USize64;
@@ -18,7 +18,7 @@ mod indices;
 #[cfg(test)]
 mod tests;
 
-/// Decompresses every view that is compressed.
+/// Decompresses every compressed view.
 pub fn decompress(model: &mut Model, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
     let document = &mut model.document;
     let compressions = std::mem::take(&mut document.sections.compressions);
@@ -29,7 +29,7 @@ pub fn decompress(model: &mut Model, context: &mut ImportContext<'_>) -> Result<
         let decoded = decode(document, compression)
             .map_err(|what| context.compressed_error(format_args!("buffer view {id} {what}")))?;
 
-        // Make the view a plain one
+        // Replace the view by a plain view
         let view = &mut document.root.buffer_views[id];
         view.buffer = Index::new(document.buffers.len() as u32);
         (view.byte_offset, view.byte_length) = (None, USize64::from(decoded.len()));
@@ -38,7 +38,7 @@ pub fn decompress(model: &mut Model, context: &mut ImportContext<'_>) -> Result<
     Ok(())
 }
 
-/// Decodes the bytes of a view. An error says what is wrong with it.
+/// Decodes the bytes of a view. An error describes the fault.
 fn decode(document: &Document, compression: &Compression) -> Result<Vec<u8>, String> {
     let Compression { buffer, byte_offset, byte_length, byte_stride, count, mode, filter } = compression;
     let (start, length) = (byte_offset.unwrap_or(0), byte_length.unwrap_or(0));

@@ -6,15 +6,15 @@ use std::ops::Deref;
 use super::atlas::Atlas;
 use crate::gltf::document::Document;
 
-/// Decoded document, of which a scene is built. Nothing changes it any more.
+/// Decoded document, from which a scene is built. It does not change any more.
 pub struct Model {
     pub(super) document: Document,
-    /// Positions of triangles on images of vertex colours, by the index of the material.
+    /// Atlases of vertex colours, by the index of the material.
     pub(super) atlases: HashMap<usize, Atlas>,
 }
 
 impl Model {
-    /// Positions of the triangles of a material on an image of vertex colours, if it shows one.
+    /// Atlas of a material's vertex colours, if it has them.
     pub fn atlas(&self, material: usize) -> Option<Atlas> {
         self.atlases.get(&material).copied()
     }

@@ -1,7 +1,7 @@
-//! Vertex colours (COLOR_0), factors on the base colour: as the materials and textures that the scene builder reads.
+//! Vertex colours (COLOR_0), which multiply the base colour, become materials and textures.
 //!
-//! One colour all over becomes a factor. Colours that vary become a texture of their own, four texels a triangle, where the
-//! material has no other; else their mean is the factor.
+//! A constant colour becomes a factor. Varying colours become a texture of four texels a triangle if the material has no texture;
+//! otherwise their mean becomes a factor.
 
 use std::collections::HashMap;
 
@@ -19,32 +19,32 @@ use crate::gltf::primitive::{self, attribute, triangle_mode};
 
 mod material_copies;
 
-/// Number of texels of such images at most, all together.
+/// Maximum number of texels of all these images together.
 const MAX_TEXELS: u64 = 1 << 25;
-/// Difference of colours below which they are taken as one: half a step of a byte.
+/// Maximum difference of colours that count as equal: half a step of a byte.
 const SAME: f32 = 0.5 / 255.0;
 
-/// Memory that one colour takes while it is read (bytes).
+/// Temporary memory of a colour while it is read (bytes).
 const COLOR_BYTES: u64 = 32;
-/// Memory that one index takes while it is read (bytes).
+/// Temporary memory of an index while it is read (bytes).
 const INDEX_BYTES: u64 = 16;
 
-/// Index of a material; none is the default material.
+/// Index of a material; `None` is the default material.
 type MaterialIndex = Option<Index<json::Material>>;
 
-/// Makes materials of vertex colours.
+/// Makes materials from vertex colours.
 struct Baker<'a, 'b> {
     model: &'a mut Model,
     context: &'a mut ImportContext<'b>,
-    /// Indices of copies of materials, by the original and the factor.
+    /// Indices of copied materials, by the original and the factor.
     copies: HashMap<(Option<usize>, [u32; 4]), usize>,
-    /// Number of texels of images.
+    /// Number of texels of all images so far.
     texels: u64,
-    /// Memory that the colours of one primitive took at most, for a while (bytes).
+    /// Largest temporary memory of a primitive's colours so far (bytes).
     largest: u64,
 }
 
-/// Makes materials of the vertex colours of every primitive.
+/// Makes materials from the vertex colours of every primitive.
 pub fn bake(model: &mut Model, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
     let mut baker = Baker { model, context, copies: HashMap::new(), texels: 0, largest: 0 };
     for mesh in 0..baker.model.root.meshes.len() {
@@ -61,7 +61,7 @@ pub fn bake(model: &mut Model, context: &mut ImportContext<'_>) -> Result<(), Sc
 }
 
 impl Baker<'_, '_> {
-    /// Reads the colours of a primitive's vertices, moved into 0 to 1; none where it has none.
+    /// Reads the colours of a primitive's vertices, clamped to 0 to 1; `None` if it has none.
     fn read(&mut self, primitive: &Primitive, owner: &str) -> Result<Option<Vec<[f32; 4]>>, SceneError> {
         let colors = attribute(primitive, Semantic::Colors(0));
         let (Some(colors), Some(positions)) = (colors, attribute(primitive, Semantic::Positions)) else {
@@ -98,27 +98,27 @@ impl Baker<'_, '_> {
         owner: &str,
     ) -> Result<MaterialIndex, SceneError> {
         let Some(&first) = colors.first() else { return Ok(primitive.material) };
-        // One colour all over
+        // Constant colour
         if colors.iter().all(|color| is_near(color, &first)) {
             if is_near(&first, &[1.0; 4]) {
                 return Ok(primitive.material);
             }
             return self.factored(primitive.material, first).map(Some);
         }
-        // A texture of colours
+        // Texture of colours
         let Some(mode) = triangle_mode(primitive) else { return Ok(primitive.material) };
         if !self.is_textured(primitive.material)
             && let Some(material) = self.painted(primitive, mode, colors, owner)?
         {
             return Ok(Some(material));
         }
-        // The mean colour
+        // Mean colour
         let what = "vertex colours that vary are not supported beside textures; rendered by their mean";
         self.context.warn(owner, what);
         self.factored(primitive.material, mean(colors)).map(Some)
     }
 
-    /// Whether a material has textures, in whose place a texture of colours would stand or by whose coordinates.
+    /// Whether a material has textures, which a texture of colours would replace, or whose coordinates it would change.
     fn is_textured(&self, material: MaterialIndex) -> bool {
         let materials = &self.model.sections.materials;
         material.and_then(|material| materials.get(material.value())).is_some_and(|material| {
@@ -134,7 +134,7 @@ impl Baker<'_, '_> {
         })
     }
 
-    /// Material with a texture of colours; none where the texture would be too large.
+    /// Material with a texture of colours; `None` if the texture would be too large.
     fn painted(
         &mut self,
         primitive: &Primitive,

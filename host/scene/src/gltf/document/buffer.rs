@@ -1,4 +1,4 @@
-//! Buffers: files beside the document, data in the document, the binary chunk.
+//! Buffers: files beside the document, data URIs, and the binary chunk.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::gltf::context::ImportContext;
 use caustics_files::file::read_head;
 use caustics_files::text::cut;
 
-/// Loads every buffer of a document, each of the length that the document says; none of those that only stand in for others.
+/// Loads every buffer of a document, each with its declared length. Fallback buffers stay empty.
 pub fn load(
     root: &Root,
     is_fallback: &[bool],
@@ -38,7 +38,7 @@ pub fn load(
     root.buffers.iter().enumerate().map(load_one).collect()
 }
 
-/// Returns the bytes of a uri; of a file no more than `max_bytes`.
+/// Returns the bytes of a URI; a file gives no more than `max_bytes`.
 pub fn fetch(uri: &str, folder: &Path, max_bytes: u64) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (kind, data) = data.split_once(',').ok_or("holds data without a comma before it")?;
@@ -56,8 +56,8 @@ pub fn fetch(uri: &str, folder: &Path, max_bytes: u64) -> Result<Vec<u8>, String
         .map_err(|error| format!("({:?}) cannot be read: {error}", cut(&path.display().to_string(), 200)))
 }
 
-/// File that a uri names, beside the document. Some exporters write names as they are, some with the separators of Windows:
-/// these are looked for where no file has the name as glTF wants it.
+/// File that a URI names, beside the document. Some exporters do not escape names, and some write the separators of Windows.
+/// These forms are tried if no file has the name that glTF demands.
 pub fn path_of(uri: &str, folder: &Path) -> PathBuf {
     let decoded = decode_percent(uri);
     let other = [uri.to_string(), decoded.replace('\\', "/"), uri.replace('\\', "/")];
@@ -68,12 +68,12 @@ pub fn path_of(uri: &str, folder: &Path) -> PathBuf {
     other.iter().map(|name| folder.join(name)).find(|path| path.is_file()).unwrap_or(wanted)
 }
 
-/// Name that a uri stands for.
+/// Decodes the name in a URI.
 fn decode_percent(uri: &str) -> String {
     String::from_utf8_lossy(&percent_decoded(uri)).into_owned()
 }
 
-/// Bytes that a part of a uri stands for.
+/// Decodes the bytes of a part of a URI.
 fn percent_decoded(uri: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
@@ -86,7 +86,7 @@ fn percent_decoded(uri: &str) -> Vec<u8> {
     bytes
 }
 
-/// Decodes base64 of either alphabet; white space does not count.
+/// Decodes base64 of either alphabet; white space is ignored.
 fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let (mut bits, mut count) = (0_u32, 0);
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_decodes() {
+    fn base64_and_percent_encodings_decode() {
         assert_eq!(decode_base64(b"Y2F1c3RpY3M=").unwrap(), b"caustics");
         assert_eq!(decode_base64(b"Y2F1\r\n c3RpYw==\n").unwrap(), b"caustic");
         assert_eq!(decode_base64(b"-_-_").unwrap(), decode_base64(b"+/+/").unwrap());

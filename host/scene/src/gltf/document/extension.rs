@@ -1,4 +1,4 @@
-//! Extensions of a document's elements, which the types of the crate gltf drop.
+//! Extensions of a document's elements that the crate gltf drops.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -12,7 +12,7 @@ use super::members::or_default;
 /// Names of the compression of buffer views; both have the same members.
 const COMPRESSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// Name of the light from all around.
+/// Name of the extension of environment lights.
 pub const IMAGE_BASED: &str = "EXT_lights_image_based";
 
 /// EXT_meshopt_compression of a buffer view.
@@ -21,7 +21,7 @@ pub const IMAGE_BASED: &str = "EXT_lights_image_based";
 pub struct Compression {
     /// Index of the buffer with the stream.
     pub buffer: Option<usize>,
-    /// Beginning of the stream (bytes).
+    /// Offset of the stream (bytes).
     pub byte_offset: Option<u64>,
     /// Length of the stream (bytes).
     pub byte_length: Option<u64>,
@@ -31,18 +31,18 @@ pub struct Compression {
     pub count: Option<u64>,
     /// Kind of the elements.
     pub mode: Option<String>,
-    /// Filter that follows.
+    /// Filter after decoding.
     pub filter: Option<String>,
 }
 
-/// Primitive that is compressed.
+/// A compressed primitive.
 #[derive(Clone, Debug)]
 pub struct DracoPrimitive {
-    /// Index of its mesh.
+    /// Index of the mesh.
     pub mesh: usize,
-    /// Its index in the mesh.
+    /// Index of the primitive in the mesh.
     pub primitive: usize,
-    /// Its stream.
+    /// Compressed stream.
     pub stream: DracoStream,
 }
 
@@ -50,9 +50,9 @@ pub struct DracoPrimitive {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct DracoStream {
-    /// Index of its buffer view.
+    /// Index of the buffer view.
     pub buffer_view: Option<usize>,
-    /// Ids of attributes in the stream, by their names in the document.
+    /// Ids of attributes in the stream, by the names of the attributes.
     #[serde(deserialize_with = "or_default")]
     pub attributes: BTreeMap<String, Option<u64>>,
 }
@@ -109,7 +109,7 @@ pub fn compressions(document: &Value) -> Result<Vec<Option<Compression>>, serde_
     elements(document, "bufferViews").iter().map(read).collect()
 }
 
-/// Extension of a buffer view that is compressed.
+/// Compression extension of a buffer view, if any.
 fn compression(view: &Value) -> Option<&Value> {
     COMPRESSIONS
         .iter()
@@ -117,8 +117,8 @@ fn compression(view: &Value) -> Option<&Value> {
         .filter(|extension| extension.is_object())
 }
 
-/// Marks buffers that only stand in for readers that decompress no views: their bytes need not be there. They say so, or have no
-/// bytes and are of compressed views alone.
+/// Marks fallback buffers, which serve readers that cannot decompress views and need no bytes. Either the document marks them, or
+/// they have no bytes and only compressed views use them.
 pub fn fallbacks(document: &Value, has_binary: bool) -> Vec<bool> {
     let (buffers, views) = (elements(document, "buffers"), elements(document, "bufferViews"));
     let mut is_read = vec![false; buffers.len()];
@@ -156,7 +156,7 @@ pub fn instances(document: &Value) -> Result<HashMap<usize, InstanceAttributes>,
     Ok(found)
 }
 
-/// Light of EXT_lights_image_based that a scene refers to, or the fault of its reference.
+/// Light of EXT_lights_image_based of a scene, or the fault of its reference.
 pub fn image_based(document: &Value, scene: &Value) -> Option<Result<ImageBasedLight, String>> {
     let index = scene["extensions"][IMAGE_BASED]["light"].as_u64()?;
     let lights = elements(&document["extensions"][IMAGE_BASED], "lights");

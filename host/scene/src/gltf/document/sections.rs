@@ -1,6 +1,6 @@
-//! Sections of a document by types of the import, for what those of the crate gltf drop or take too literally.
+//! Sections of a document in the import's own types, where those of the crate gltf drop members or are too strict.
 //!
-//! The JSON is checked before, so that every member has the type that is declared here, or is null.
+//! The JSON was checked before: every member has the type that is declared here, or is null.
 
 use std::collections::HashMap;
 
@@ -33,14 +33,14 @@ pub struct Sections {
     pub images: Vec<JsonImage>,
     /// Compression of each buffer view.
     pub compressions: Vec<Option<Compression>>,
-    /// Primitives that are compressed.
+    /// Compressed primitives.
     pub draco: Vec<DracoPrimitive>,
     /// Instances of the meshes of nodes, by the index of the node.
     pub instances: HashMap<usize, InstanceAttributes>,
 }
 
 impl Sections {
-    /// Takes the sections that nothing else reads out of a document, and reads the others.
+    /// Moves the sections that only the import reads out of a document, and reads the others.
     pub fn take(document: &mut Value) -> Result<Sections, serde_json::Error> {
         Ok(Sections {
             animations: list(document["animations"].take())?,

@@ -15,7 +15,7 @@ mod keys;
 /// Channels by the index of their node.
 type NodeChannels = BTreeMap<usize, Vec<Channel>>;
 
-/// Reads the channels of the animation that the caller names, else of all together. Damaged ones are left out, with a warning.
+/// Reads the channels of the animation that the caller names, or of all together. Damaged channels are left out with a warning.
 pub fn read(document: &Document, context: &mut ImportContext<'_>) -> Result<NodeChannels, SceneError> {
     let mut channels = NodeChannels::new();
     for (index, animation) in playing(document, context)? {
@@ -50,7 +50,7 @@ fn playing<'a>(
     Ok(all.iter().enumerate().filter(|(_, animation)| is_named(animation)).collect())
 }
 
-/// Adds channels of one member to a node; they take the place of others of this member.
+/// Adds the channels of one member to a node, in place of earlier channels of this member.
 fn add(node: &mut Vec<Channel>, read: Vec<Channel>, context: &mut ImportContext<'_>, owner: &str) {
     let is_set = |known: &Channel| read.iter().any(|channel| channel.path == known.path);
     if node.iter().any(is_set) {
@@ -60,7 +60,7 @@ fn add(node: &mut Vec<Channel>, read: Vec<Channel>, context: &mut ImportContext<
     node.extend(read);
 }
 
-/// Fault of a channel, as its error says it without the file and the advice.
+/// Fault of a channel: the text of its error without the file and the advice.
 fn fault(error: &SceneError) -> String {
     match error {
         SceneError::Animation { what, .. } => what.clone(),
@@ -72,7 +72,8 @@ fn fault(error: &SceneError) -> String {
     }
 }
 
-/// Reads a channel: its node, and its keys, of weights a channel for every four. None, with a warning, where it is not supported.
+/// Reads a channel: its node, and its keys; weights give a channel for every four. `None`, with a warning, if it is not
+/// supported.
 fn read_channel(
     document: &Document,
     context: &mut ImportContext<'_>,
@@ -87,7 +88,7 @@ fn read_channel(
     Ok(Some((node, keys.read(context)?)))
 }
 
-/// Node and member that a channel sets; none, with a warning, where it is not supported.
+/// Node and member that a channel sets; `None`, with a warning, if it is not supported.
 fn target(
     document: &Document,
     context: &mut ImportContext<'_>,

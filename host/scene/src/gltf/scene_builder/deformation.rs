@@ -16,20 +16,20 @@ use crate::gltf::document::sections::JsonSkin;
 
 mod surface;
 
-/// Memory of a joint of a mesh, with its matrix as it is read and kept (bytes).
+/// Memory of a joint of a mesh, while its matrix is read and in the scene (bytes).
 const JOINT_BYTES: u64 = 400;
 
-/// Mesh that is deformed.
+/// A deformed mesh.
 pub struct DeformedMesh {
     /// Its deformation.
     pub deformation: Deformation,
-    /// Materials of its triangles.
+    /// Materials of the triangles.
     pub materials: Vec<u32>,
-    /// Whether its deformation changes with time.
+    /// Whether the deformation changes with time.
     pub moves: bool,
 }
 
-/// Reads a mesh that a skin or morph targets deform; none if nothing does.
+/// Reads a mesh that a skin or morph targets deform; `None` without either.
 pub fn read(
     model: &Model,
     context: &mut ImportContext<'_>,
@@ -63,7 +63,7 @@ pub fn read(
     Ok(Some(DeformedMesh { deformation, materials, moves }))
 }
 
-/// Nodes of a skin, each with the transform from the mesh to where it was bound; none, with a warning, if the skin cannot be used.
+/// Nodes of a skin's joints, each with its inverse bind matrix. `None`, with a warning, if the skin is not usable.
 fn joints(
     document: &Document,
     context: &mut ImportContext<'_>,
@@ -73,7 +73,7 @@ fn joints(
 ) -> Result<Vec<(usize, DAffine3)>, SceneError> {
     let missing = JsonSkin::default();
     let value = document.sections.skins.get(skin).unwrap_or(&missing);
-    // Each mesh has joints of its own, however many nodes have one skin.
+    // Each mesh has joints of its own, even if several nodes share a skin.
     let count = value.joints.len();
     context.take(count as u64 * JOINT_BYTES, format_args!("the {count} joints of {owner}"))?;
     let label = label("skin", skin, value.name.as_deref());

@@ -1,5 +1,5 @@
-//! Environment that a scene's extras ask for: `{ "uri": "sky.hdr" }` or `{ "color": [r, g, b] }`, with `rotation` (degrees) and
-//! `scale`. Without them, that of EXT_lights_image_based.
+//! Environment of a scene's extras: `{ "uri": "sky.hdr" }` or `{ "color": [r, g, b] }`, with `rotation` (degrees) and `scale`.
+//! Without extras, the light of EXT_lights_image_based.
 
 use super::image_based;
 use crate::gltf::context::ImportContext;
@@ -7,7 +7,7 @@ use crate::gltf::decoding::model::Model;
 use crate::gltf::document::{buffer, radiance};
 use crate::{EnvironmentMap, SceneError};
 
-/// Reads the environment of the default scene, if it asks for one.
+/// Reads the environment of the default scene, if it has one.
 pub fn read(model: &Model, context: &mut ImportContext<'_>) -> Result<Option<EnvironmentMap>, SceneError> {
     let extras = &model.environment;
     if extras.is_null() {

@@ -1,4 +1,4 @@
-//! Triangles of a file: those of the world, and meshes in spaces of their own, which move or are stored once.
+//! Triangles of a file: those of the world, and meshes in their own space, which move or are stored once.
 
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ use crate::mesh::{Mesh, coordinates};
 use crate::texture::CornerCoordinates;
 use crate::{SceneError, geometry};
 
-/// Properties of a triangle of the world beside its corners.
+/// Properties of a world triangle besides its corners.
 #[derive(Clone, Copy)]
 struct Detail {
     material: u32,
@@ -33,16 +33,16 @@ struct Detail {
 pub struct Geometry {
     /// Corners of the triangles of the world, in f64 (m).
     corners: Vec<[Corner; 3]>,
-    /// Their other properties.
+    /// Other properties of these triangles.
     details: Vec<Detail>,
-    /// Meshes in spaces of their own, and their positions.
+    /// Meshes in their own space, and their instances.
     pub instanced: Instanced,
-    /// Triangles without an area that those meshes lost.
+    /// Number of triangles without an area that these meshes lost.
     pub dropped: usize,
 }
 
 impl Geometry {
-    /// Reads every mesh that is placed, or once if it is stored once.
+    /// Reads the meshes of all instances. A mesh that is stored once is read once.
     pub fn read(
         model: &Model,
         context: &mut ImportContext<'_>,
@@ -52,7 +52,7 @@ impl Geometry {
     ) -> Result<Geometry, SceneError> {
         let mut geometry = Geometry::default();
         geometry.corners.reserve_exact(sharing.in_world);
-        // Indices of stored meshes by those of the file; none where nothing is to be stored.
+        // Stored meshes by their index in the file; `None` for a mesh without triangles.
         let mut stored: HashMap<usize, Option<usize>> = HashMap::new();
         for instance in &world.meshes {
             if let Some(deformed) = deformation::read(model, context, world, instance, mappings)? {
@@ -90,7 +90,7 @@ impl Geometry {
         Ok(geometry)
     }
 
-    /// Puts triangles of a node into the world.
+    /// Adds triangles of a node to the world.
     fn bake(&mut self, parts: impl IntoIterator<Item = mesh::MeshPrimitive>, owner: usize) {
         for mesh::MeshPrimitive { material, triangles, .. } in parts {
             let detail = Detail { material: material as u32, owner: owner as u32 };
@@ -99,7 +99,7 @@ impl Geometry {
         }
     }
 
-    /// Adds a deformed mesh: as one that is deformed at every pose, as triangles of the world, or as a mesh on its node.
+    /// Adds a deformed mesh. It is deformed at every pose, becomes triangles of the world, or a mesh on its node.
     fn add_deformed(&mut self, deformed: DeformedMesh, world: &WorldNodes, instance: &WorldMesh) {
         let DeformedMesh { deformation, materials, moves } = deformed;
         let is_skinned = deformation.is_skinned();
@@ -128,7 +128,7 @@ impl Geometry {
         }
     }
 
-    /// Puts triangles of a node's own space into the world.
+    /// Transforms triangles of a node's space to the world.
     fn bake_placed(
         &mut self,
         corners: impl Iterator<Item = [Corner; 3]>,
@@ -146,7 +146,7 @@ impl Geometry {
         self.details.extend(materials.iter().map(|&material| Detail { material, owner }));
     }
 
-    /// Stores a mesh of triangles in its node's space and returns its index; none without triangles.
+    /// Stores a mesh of triangles in its node's space and returns its index; `None` without triangles.
     fn store(&mut self, parts: impl Iterator<Item = mesh::MeshPrimitive>) -> Option<usize> {
         let (mut own, mut materials) = (Vec::new(), Vec::new());
         for mesh::MeshPrimitive { material, triangles, .. } in parts {
@@ -161,13 +161,13 @@ impl Geometry {
         })
     }
 
-    /// Whether there is no triangle, not even one without an area.
+    /// Whether the file has no triangle, with or without an area.
     pub fn is_empty(&self) -> bool {
         self.corners.is_empty() && self.instanced.meshes.is_empty() && self.dropped == 0
     }
 
-    /// Origin of the scene (m), so that f32 is finest where the scene is: the centre of its bounds, or of the things that are small
-    /// beside huge triangles, which are split.
+    /// Returns the origin of the scene (m), chosen so that f32 is finest at the scene. It is the centre of the bounds, or of the
+    /// small objects beside huge triangles. Splits huge triangles.
     pub fn centre(&mut self, nodes: &Nodes) -> DVec3 {
         let world = self.corners.iter().map(|corners| corners.map(|corner| corner.position));
         let all = || world.clone().chain(self.instanced.triangles(nodes));
@@ -181,7 +181,7 @@ impl Geometry {
         }
     }
 
-    /// Records of the triangles of the world, around an origin (m).
+    /// Records of the world's triangles, relative to an origin (m).
     pub fn triangle_records(&self, origin: DVec3) -> (Vec<Triangle>, Vec<TriangleSurface>) {
         let local = |corner: &Corner| (corner.position - origin).as_vec3();
         let record = |([a, b, c], &Detail { material, .. }): (&[Corner; 3], &Detail)| {
@@ -200,7 +200,7 @@ impl Geometry {
         self.corners.par_iter().zip(&self.details).map(record).unzip()
     }
 
-    /// Gives away the meshes in spaces of their own, once the rest is read.
+    /// Returns the meshes in their own space.
     pub fn into_instanced(self) -> Instanced {
         self.instanced
     }

@@ -1,8 +1,8 @@
-//! Splits triangles that are huge beside the things between them: a plain of 20 km under a cup.
+//! Splits triangles that are huge beside the objects between them, such as a plain of 20 km under a cup.
 //!
-//! A hit on a triangle is as exact as f32 holds its corners, and a ray leaves it with a clearance in proportion. So a
-//! plain is split until its triangles are as large as they are far from the small things; positions are f64 here. Whether
-//! an edge is split, and where, follows from its two ends alone, so that no crack opens between triangles that share it.
+//! The precision of a hit is that of its triangle's corners in f32, and a ray leaves with a clearance in proportion. A plain is
+//! therefore split until its triangles are as large as their distance from the small objects. Positions are f64 here. The two
+//! ends of an edge alone decide whether and where it is split, so that no crack opens between triangles that share it.
 
 use std::collections::BTreeMap;
 
@@ -11,39 +11,39 @@ use glam::DVec3;
 use crate::corner::Corner;
 use crate::geometry::MAX_COORDINATE;
 
-/// Ratio of the length of a triangle to the width of all smaller ones together from which on it is huge: then a ray leaves it at
+/// Minimum ratio of a huge triangle's length to the width of all smaller triangles together. At this ratio a ray leaves it at
 /// more than a thousandth of that width (`offset::clearance` is 2^-19 of the largest coordinate).
 const HUGE: f64 = 1024.0;
 
-/// Longest edge relative to its distance from the small things. Some edge of a triangle around them is longer for every
-/// factor below 2 sqrt(3) (Weitzenboeck's inequality).
+/// Maximum length of an edge relative to its distance from the small objects. For every factor below 2 sqrt(3) some edge of a
+/// triangle around them is longer (Weitzenboeck's inequality).
 const GRADE: f64 = 2.0;
 
-/// Number of triangles that splitting adds at most; a plain of 200 km around 0.3 m takes some hundred.
+/// Maximum number of triangles that splitting adds; a plain of 200 km around 0.3 m takes some hundred.
 const MAX_ADDED: usize = 1 << 20;
 
-/// Ball around things that are small beside the rest of the scene.
+/// Ball around objects that are small beside the rest of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detail {
-    /// Its centre (m).
+    /// Centre (m).
     pub centre: DVec3,
-    /// Its radius (m).
+    /// Radius (m).
     pub radius: f64,
 }
 
-/// Triangles whose longest edges have lengths of one power of two.
+/// Triangles whose longest edges share a power of two.
 #[derive(Clone, Copy)]
 struct Size {
-    /// The shortest of these edges (m).
+    /// Shortest of these longest edges (m).
     min_length: f64,
-    /// The box around them (m).
+    /// Box around the triangles (m).
     bounds: [DVec3; 2],
 }
 
-/// Finds the small things of a scene of these triangles, the smallest first; none in most scenes.
+/// Finds the small objects of a scene of these triangles, the smallest first; most scenes have none.
 ///
-/// Triangles are huge beside all smaller ones only where no triangle has a length between, over ten powers of two: they need
-/// not be sorted.
+/// Triangles are huge beside all smaller ones only if no triangle has a length between, over ten powers of two. Sorting by power
+/// of two therefore suffices.
 pub fn details(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<Detail> {
     let usable = |p: &DVec3| p.abs().max_element() <= MAX_COORDINATE;
     let mut sizes: BTreeMap<u64, Size> = BTreeMap::new();
@@ -63,7 +63,7 @@ pub fn details(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<Detail> {
     for pair in sizes.windows(2) {
         (lower, upper) = (lower.min(pair[0].bounds[0]), upper.max(pair[0].bounds[1]));
         let (centre, radius) = (0.5 * (lower + upper), 0.5 * lower.distance(upper));
-        // Nothing is smaller than f64 can tell from a point.
+        // Below this size f64 does not distinguish the objects from a point.
         if pair[1].min_length > HUGE * 2.0 * radius && radius > 1e-12 * centre.abs().max_element() {
             found.push(Detail { centre, radius });
         }
@@ -71,7 +71,7 @@ pub fn details(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<Detail> {
     found
 }
 
-/// Splits triangles, with the other properties of each, around small things; the others stay as they are, in their order.
+/// Splits triangles around small objects; each part inherits the other properties. The order stays.
 pub fn split<T: Copy>(details: &[Detail], corners: &mut Vec<[Corner; 3]>, rest: &mut Vec<T>) {
     if details.is_empty() {
         return;
@@ -95,7 +95,7 @@ pub fn split<T: Copy>(details: &[Detail], corners: &mut Vec<[Corner; 3]>, rest: 
                 rest.push(its);
                 continue;
             }
-            // The edge that goes is the first.
+            // Rotate the triangle so that its longest edge is the first.
             let [a, b, c] = match lengths {
                 [first, ..] if first == longest => [a, b, c],
                 [_, second, _] if second == longest => [b, c, a],
@@ -107,9 +107,9 @@ pub fn split<T: Copy>(details: &[Detail], corners: &mut Vec<[Corner; 3]>, rest: 
     }
 }
 
-/// Whether an edge is longer than the small things allow where it is nearest to them.
+/// Whether an edge is longer than the small objects allow at its nearest point.
 fn is_too_long(details: &[Detail], p: DVec3, q: DVec3) -> bool {
-    // One order of the ends, so that both triangles of an edge round alike.
+    // Order the ends, so that both triangles of an edge round alike.
     let (p, q) = if p.to_array() <= q.to_array() { (p, q) } else { (q, p) };
     let along = q - p;
     let length = along.length();

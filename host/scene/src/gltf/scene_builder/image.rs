@@ -1,4 +1,4 @@
-//! Images of a document, however they come about: files, images that are converted, vertex colours.
+//! Images of a document: files, converted images, and vertex colours.
 
 use crate::gltf::document::sections::ImageContent;
 use crate::texture::Image;
@@ -11,7 +11,7 @@ mod encoded;
 mod reader;
 
 impl ImageReader<'_> {
-    /// Width and height of an image (texels), by its header. An error says what is wrong with it.
+    /// Width and height of an image (texels), from its header. An error describes the fault.
     pub fn size(&self, index: usize) -> Result<(u32, u32), String> {
         match &self.get(index)?.content {
             ImageContent::Converted(image) => converted::size(self, image),

@@ -1,7 +1,7 @@
-//! EXT_lights_image_based: light from all around as the faces of a cube, made into a latitude-longitude image.
+//! EXT_lights_image_based: environment light from the faces of a cube, resampled to a latitude-longitude image.
 //!
-//! The largest faces are taken; smaller ones are blurred for other renderers. Where they cannot be had, the coefficients of the
-//! irradiance give the light roughly. Colours of PNG files are divided by alpha (RGBD).
+//! The level with the largest faces is used; smaller levels are blurred for other renderers. Without usable faces, the irradiance
+//! coefficients approximate the light. Colours of PNG files are divided by alpha (RGBD).
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,12 +14,12 @@ use crate::gltf::document::extension::{IMAGE_BASED as OWNER, ImageBasedLight};
 use crate::texture::{Image, srgb};
 use crate::{EnvironmentMap, SceneError};
 
-/// Largest height of the image (texels).
+/// Maximum height of the image (texels).
 const MAX_HEIGHT: u32 = 2048;
-/// Height of an image of nine coefficients (texels).
+/// Height of an image from irradiance coefficients (texels).
 const SMOOTH_HEIGHT: u32 = 32;
 
-/// Makes an environment of the light that the default scene refers to, if any.
+/// Reads the environment of the light that the default scene refers to, if any.
 pub fn read(model: &Model, context: &mut ImportContext<'_>) -> Result<Option<EnvironmentMap>, SceneError> {
     let error =
         |context: &ImportContext<'_>, what: &str| context.environment_error(format_args!("{OWNER}: {what}"));
@@ -46,21 +46,21 @@ pub fn read(model: &Model, context: &mut ImportContext<'_>) -> Result<Option<Env
     Ok(map.map(|map| map.placed(intensity, 0.0)))
 }
 
-/// Rotation of a quaternion; none where it is not given or has no length.
+/// Rotation of a quaternion; the identity if it is missing or has no length.
 fn rotation(quaternion: Option<[f64; 4]>) -> DQuat {
     let quaternion = quaternion.unwrap_or([0.0, 0.0, 0.0, 1.0]);
     let length = DQuat::from_array(quaternion).length();
     if length.is_normal() { DQuat::from_array(quaternion.map(|part| part / length)) } else { DQuat::IDENTITY }
 }
 
-/// Face of the cube by its linear radiances.
+/// Face of the cube: linear radiances.
 struct Face {
     width: u32,
     height: u32,
     texels: Vec<Vec3>,
 }
 
-/// Reads the six faces of the largest level. An error says what is wrong with them.
+/// Reads the six faces of the largest level. An error describes the fault.
 fn faces(
     model: &Model,
     context: &mut ImportContext<'_>,
@@ -80,7 +80,7 @@ fn faces(
         let (width, height) = reader.size(index).map_err(|what| named(index, what))?;
         texels += u64::from(width) * u64::from(height);
     }
-    // As bytes and as radiances
+    // Reserve memory for bytes and radiances.
     context.take(24 * texels, "its environment").map_err(|error| error.to_string())?;
     let linear = srgb::Decoder::default();
     let read = |&index: &usize| {
@@ -93,11 +93,11 @@ fn faces(
     images.iter().map(read).collect()
 }
 
-/// Image of the radiance in each direction, with so many rows and enough samples for faces of this side.
+/// Resamples a radiance function to an image of this height, with enough samples for faces of `side` texels.
 fn environment_map(height: u32, side: u32, rotation: DQuat, seen: impl Fn(DVec3) -> Vec3) -> EnvironmentMap {
     let height = height.max(2);
     let width = 2 * height;
-    // Twice as many as texels of a face, which has a quarter of a turn.
+    // Take twice as many samples as a face has texels in its quarter of a turn.
     let steps = (4 * side.max(1)).div_ceil(width).clamp(1, 8) * 2;
     let back = rotation.inverse();
     let mut texels = Vec::with_capacity((width * height) as usize);
@@ -117,8 +117,8 @@ fn environment_map(height: u32, side: u32, rotation: DQuat, seen: impl Fn(DVec3)
     EnvironmentMap::new(width, height, texels)
 }
 
-/// Face that a direction meets, of +x, -x, +y, -y, +z and -z, and the position there: from its left and from its top. Each is
-/// upright and not mirrored, seen from inside: those of OpenGL's cube, flipped about their vertical axis.
+/// Face in a direction (+x, -x, +y, -y, +z, -z) and the position on it, from its left and from its top. Seen from inside, each
+/// face is upright and not mirrored: OpenGL's cube map flipped about the vertical axis.
 fn face_and_uv(direction: DVec3) -> (usize, DVec2) {
     let DVec3 { x, y, z } = direction;
     let size = direction.abs();
@@ -134,7 +134,7 @@ fn face_and_uv(direction: DVec3) -> (usize, DVec2) {
     (face, 0.5 + 0.5 * DVec2::new(left, top) / size.max_element())
 }
 
-/// Radiance in a direction, between texels of its face.
+/// Radiance in a direction, bilinear within its face.
 fn seen(faces: &[Face], direction: DVec3) -> Vec3 {
     let (face, at) = face_and_uv(direction);
     let Face { width, height, texels } = &faces[face];
@@ -149,15 +149,15 @@ fn seen(faces: &[Face], direction: DVec3) -> Vec3 {
     between(top).lerp(between(bottom), y)
 }
 
-/// Nine coefficients of irradiance.
+/// Nine irradiance coefficients.
 fn coefficients(light: &ImageBasedLight) -> Option<[Vec3; 9]> {
     let all = light.irradiance_coefficients.as_ref()?;
     let vectors: Vec<Vec3> = all.iter().map(|row| Vec3::from(row.map(|number| number as f32))).collect();
     vectors.try_into().ok()
 }
 
-/// Radiance of three bands that makes such an irradiance: coefficients over pi, 2 pi / 3 and pi / 4 [Ramamoorthi and Hanrahan
-/// 2001, An efficient representation for irradiance environment maps].
+/// Radiance that gives this irradiance [Ramamoorthi and Hanrahan 2001, An efficient representation for irradiance environment
+/// maps]. Divides the coefficients of the three bands by pi, 2 pi / 3 and pi / 4.
 fn radiance(irradiance: &[Vec3; 9], direction: DVec3) -> Vec3 {
     let Vec3 { x, y, z } = direction.as_vec3();
     let pi = std::f32::consts::PI;

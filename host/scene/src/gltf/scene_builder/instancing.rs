@@ -8,14 +8,14 @@ use crate::gltf::accessor::AccessorReader;
 use crate::gltf::context::ImportContext;
 use crate::gltf::document::Document;
 
-/// Memory that an instance takes until its triangles are made (bytes): its transform and its name.
+/// Temporary memory of an instance, until its triangles are made (bytes): its transform and its name.
 const INSTANCE_BYTES: u64 = 1024;
-/// Memory that an instance takes that moves (bytes): its node too, its row, and its leaf of the BVH. Measured as the growth of the
-/// peak of `scene info` with instances: 1,960.
+/// Memory of a moving instance (bytes): also its node, its record, and its leaf of the BVH. Measured as the growth of the peak
+/// memory of `scene info` with instances: 1,960.
 const MOVING_BYTES: u64 = 2304;
 
-/// Reads the transforms of the instances of a node's mesh, in the node's space; `None` without the extension. Each one that moves
-/// takes `of_node` more bytes, as its node does.
+/// Reads the transforms of the instances of a node's mesh, in the node's space; `None` without the extension. An instance that
+/// moves takes `of_node` more bytes, like its node.
 pub fn read(
     document: &Document,
     context: &mut ImportContext<'_>,
@@ -26,7 +26,7 @@ pub fn read(
     let Some(attributes) = document.sections.instances.get(&node) else { return Ok(None) };
     let accessors = AccessorReader::new(document, context, owner);
 
-    // Take memory for all
+    // Reserve memory
     let mut count = None;
     for index in [attributes.translation, attributes.rotation, attributes.scale].into_iter().flatten() {
         let of_this = accessors.count(index)?;
@@ -39,7 +39,7 @@ pub fn read(
     let each = of_node.map_or(INSTANCE_BYTES, |bytes| MOVING_BYTES.saturating_add(bytes));
     context.take(count.saturating_mul(each), format_args!("the {count} instances of {owner}"))?;
 
-    // Read them
+    // Read transforms
     let translations = attributes.translation.map(|index| accessors.numbers::<3>(index)).transpose()?;
     let rotations = attributes.rotation.map(|index| accessors.numbers::<4>(index)).transpose()?;
     let scales = attributes.scale.map(|index| accessors.numbers::<3>(index)).transpose()?;

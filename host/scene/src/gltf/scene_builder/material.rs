@@ -1,4 +1,4 @@
-//! Materials: factors and extensions, resolved.
+//! Materials: resolves factors and extensions.
 
 use std::ops::RangeInclusive;
 
@@ -13,11 +13,11 @@ use crate::gltf::decoding::model::Model;
 use crate::gltf::document::sections::JsonMaterial;
 use crate::texture::TextureParts;
 
-/// Largest radiance and absorption that is rendered (W m^-2 sr^-1, 1/m).
+/// Maximum radiance and absorption (W m^-2 sr^-1, 1/m).
 const LARGEST: f32 = 1e30;
-/// Largest dispersion that is rendered: at 40 red is not refracted at all.
+/// Maximum dispersion: at 40 red is not refracted at all.
 const MAX_DISPERSION: f32 = 1000.0;
-/// Index of refraction where the file says nothing.
+/// Default index of refraction.
 const IOR: f32 = 1.5;
 
 /// Reads all materials of a model and their names; the last is glTF's default material.
@@ -49,13 +49,13 @@ pub fn read_all(
     Ok(read.into_iter().unzip())
 }
 
-/// Number out of glTF's range.
+/// A number out of glTF's range.
 struct Fault {
     what: String,
     instead: f32,
 }
 
-/// Returns a number within its range, else its nearer end with a fault.
+/// Clamps a number to its range, and notes a fault if it was outside.
 fn within(number: f32, range: RangeInclusive<f32>, name: &str, faults: &mut Vec<Fault>) -> f32 {
     if range.contains(&number) {
         return number;
@@ -70,7 +70,7 @@ fn within(number: f32, range: RangeInclusive<f32>, name: &str, faults: &mut Vec<
     instead
 }
 
-/// Warns of media that blend, which are there for every path.
+/// Warns of media with blended alpha, which is not rendered.
 pub fn warn_of_blended_media(
     context: &mut ImportContext<'_>,
     materials: &[Material],
@@ -86,7 +86,7 @@ pub fn warn_of_blended_media(
     }
 }
 
-/// `extras.priority` of a material, else 0: where media overlap, that of the highest is there.
+/// `extras.priority` of a material, or 0. Where media overlap, the highest priority wins.
 fn priority(material: Option<&JsonMaterial>) -> Result<i32, String> {
     let Some(priority) = material.and_then(|material| material.priority.as_ref()) else { return Ok(0) };
     let integer = priority.as_i64().and_then(|number| i32::try_from(number).ok());
@@ -143,7 +143,7 @@ fn resolve(material: &json::Material, faults: &mut Vec<Fault>, mut warn: impl Fn
     }
 }
 
-/// Absorption of a volume (1/m); none of a wall without an inside, which a thickness of zero marks.
+/// Absorption of a volume (1/m); `None` for a thin wall, which a thickness of zero marks.
 fn absorption(volume: &Volume, faults: &mut Vec<Fault>) -> Option<Vec3> {
     if volume.thickness_factor.0 == 0.0 {
         return None;

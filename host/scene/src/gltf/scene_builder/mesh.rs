@@ -19,17 +19,17 @@ mod extent;
 mod surface;
 mod vertices;
 
-/// Triangles of one primitive.
+/// Triangles of a primitive.
 pub struct MeshPrimitive {
-    /// Index of their material.
+    /// Index of the material.
     pub material: usize,
-    /// Whether it emits.
+    /// Whether the material emits.
     pub emits: bool,
-    /// Their corners, counter-clockwise seen from the front.
+    /// Corners, counter-clockwise seen from the front.
     pub triangles: Vec<[Corner; 3]>,
 }
 
-/// Calls a function with every primitive of an instance that has triangles.
+/// Calls a function for every primitive of an instance that has triangles.
 pub fn for_each_surface(
     model: &Model,
     context: &mut ImportContext<'_>,
@@ -90,7 +90,7 @@ pub fn read(
     Ok(read)
 }
 
-/// Corners of a triangle whose front a mirror turns over.
+/// Swaps two corners of a triangle if a mirror flips its front.
 pub fn turned_over([a, b, c]: [Corner; 3], is_mirrored: bool) -> [Corner; 3] {
     if is_mirrored { [a, c, b] } else { [a, b, c] }
 }

@@ -1,4 +1,4 @@
-//! Node tree of the default scene: positions of meshes, cameras and lights, in f64.
+//! Node tree of the default scene: transforms of meshes, cameras and lights, in f64.
 
 use std::collections::HashSet;
 
@@ -48,7 +48,7 @@ pub fn read(model: &Model, context: &mut ImportContext<'_>) -> Result<WorldNodes
     }
 }
 
-/// Root nodes of the default scene, else of the first, else every node that is no child.
+/// Root nodes of the default scene, or of the first scene, or all nodes without a parent.
 fn roots(model: &Model, context: &ImportContext<'_>) -> Result<Vec<Index<JsonNode>>, SceneError> {
     let root = &model.root;
     if let Some(scene) = root.scene {

@@ -1,7 +1,7 @@
-//! Sharing plan: meshes that are stored once for many nodes.
+//! Sharing plan: selects the meshes that are stored once for many nodes.
 //!
-//! Meshes that move are stored once, but for primitives that emit: the light table knows one instance of them. Copies of meshes that
-//! stand still are faster to trace in the world's own space; beyond a number of triangles the largest copies are spared.
+//! Moving meshes are stored once, except their emissive primitives: the light table refers to one instance. Copies of resting
+//! meshes trace faster in the world's space. Above a number of triangles, the meshes with the largest copies are stored once.
 
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
@@ -12,32 +12,32 @@ use crate::SceneError;
 use crate::gltf::context::ImportContext;
 use crate::gltf::document::Document;
 
-/// Triangles of a scene at most: ids have 31 bits, and this many fill the memory of a large machine.
+/// Maximum number of triangles of a scene: ids have 31 bits, and this number fills the memory of a large machine.
 const MAX_TRIANGLES: u64 = 1 << 28;
-/// Vertices that are read at most, those of a mesh once for each node that places a copy: a minute's work.
+/// Maximum number of vertices that are read; a copied mesh counts for each node. Reading them takes a minute.
 const MAX_VERTICES: u64 = 1 << 31;
-/// Memory that a triangle takes while its scene is read, at most (bytes). Measured as the growth of the peak of `scene info`
-/// with triangles: 711 of plain ones, 806 to 832 with texture coordinates and tangents.
+/// Maximum memory of a triangle while its scene is read (bytes). Measured as the growth of the peak memory of `scene info` with
+/// triangles: 711 plain, 806 to 832 with texture coordinates and tangents.
 pub const TRIANGLE_BYTES: u64 = 850;
-/// Memory that a vertex of a primitive takes until its triangles are made (bytes). Measured the same way with vertices that one
-/// triangle refers to: 104 of plain ones, 128 with texture coordinates and tangents.
+/// Temporary memory of a primitive's vertex, until its triangles are made (bytes). Measured likewise, with vertices that one
+/// triangle refers to: 104 plain, 128 with texture coordinates and tangents.
 const VERTEX_BYTES: u64 = 130;
 
-/// Memory of an instance of a mesh that stands still and is stored once (bytes): its row, and its leaf of the BVH.
+/// Memory of an instance of a resting mesh that is stored once (bytes): its record, and its leaf of the BVH.
 const INSTANCE_BYTES: u64 = 1024;
 
 /// Sharing plan of the meshes of a file.
 pub struct Sharing {
-    /// Extents of meshes, by their indices.
+    /// Extents by the index of the mesh.
     extents: HashMap<usize, Extent>,
-    /// Meshes that stand still in several instances and are stored once.
+    /// Resting meshes with several instances that are stored once.
     spared: Vec<usize>,
-    /// Triangles of the world, at most.
+    /// Maximum number of triangles of the world.
     pub in_world: usize,
 }
 
 impl Sharing {
-    /// Decides by the accessors of every mesh and the nodes that place it, and takes memory for all triangles.
+    /// Plans from the accessors of every mesh and its nodes, and reserves memory for all triangles.
     pub fn plan(
         document: &Document,
         context: &mut ImportContext<'_>,
@@ -57,7 +57,7 @@ impl Sharing {
         Ok(sharing)
     }
 
-    /// Stores meshes once, those whose copies would take most first, until the others' take no more than they may.
+    /// Stores meshes once, the largest copies first, until the remaining copies stay within the limit.
     fn spare(&mut self, still: &HashMap<usize, u64>, copies: u64) {
         let of_mesh = |(&id, &uses): (&usize, &u64)| {
             let Extent { triangles, emitting, .. } = self.extents[&id];
@@ -75,7 +75,7 @@ impl Sharing {
         }
     }
 
-    /// Takes memory for all triangles.
+    /// Reserves memory for all triangles.
     fn take(&mut self, context: &mut ImportContext<'_>, meshes: &[WorldMesh]) -> Result<(), SceneError> {
         let mut seen = HashSet::new();
         let (mut stored, mut in_world, mut vertices, mut read, mut instances) =
@@ -112,7 +112,7 @@ impl Sharing {
         Ok(())
     }
 
-    /// Whether the primitives of a mesh that do not emit are stored once for all instances like this.
+    /// Whether the non-emissive primitives of a mesh are stored once for all instances like this.
     pub fn is_stored_once(&self, instance: &WorldMesh) -> bool {
         let id = instance.mesh.value();
         if instance.skin.is_some() {
@@ -121,7 +121,7 @@ impl Sharing {
         if instance.moves { !self.emits(instance) } else { self.spared.contains(&id) }
     }
 
-    /// Whether a primitive of a mesh emits.
+    /// Whether a primitive of the instance's mesh emits.
     pub fn emits(&self, instance: &WorldMesh) -> bool {
         self.extents.get(&instance.mesh.value()).is_some_and(|extent| extent.emitting > 0)
     }

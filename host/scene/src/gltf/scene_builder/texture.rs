@@ -16,15 +16,15 @@ mod images;
 mod mapping;
 mod sources;
 
-/// Textures of all materials, without any triangle's coordinates yet.
+/// Textures of all materials, before the coordinates of triangles.
 pub struct MaterialMaps {
     /// Images, textures and records of materials; the last record is the default material's.
     pub parts: TextureParts,
-    /// Mapping of each material; none where it has no texture.
+    /// Mapping of each material; `None` without textures.
     pub mappings: Vec<Option<Mapping>>,
 }
 
-/// Texture that a material can have.
+/// A kind of texture of a material.
 struct Slot<'a> {
     name: &'static str,
     role: Role,
@@ -56,7 +56,7 @@ pub fn read(model: &Model, context: &mut ImportContext<'_>) -> Result<MaterialMa
     }
     mappings.push(None);
 
-    // Load images; their faults make records plain
+    // Load images. A fault removes the texture from the records
     let TextureSources { textures, images, .. } = sources;
     let images = load(model, context, &images, &textures, &mut records)?;
     records.push(MaterialTextures::default());
@@ -67,7 +67,7 @@ pub fn read(model: &Model, context: &mut ImportContext<'_>) -> Result<MaterialMa
     Ok(MaterialMaps { parts, mappings })
 }
 
-/// Reads the record of a material, and the mapping of its textures.
+/// Reads the record of a material and the mapping of its textures.
 fn read_material(
     model: &Model,
     context: &mut ImportContext<'_>,
@@ -120,19 +120,19 @@ fn read_material(
     Ok((record, first.map(|(mapping, _)| mapping)))
 }
 
-/// Sets what alpha means of a material.
+/// Sets the use of a material's alpha.
 fn set_alpha(record: &mut MaterialTextures, material: &JsonMaterial) {
     let factor = material.pbr_metallic_roughness.base_color_factor;
     record.alpha = factor.map_or(1.0, |[_, _, _, alpha]| alpha as f32);
     match material.alpha_mode.as_deref() {
         Some("MASK") => record.alpha_cutoff = material.alpha_cutoff.map_or(0.5, |cutoff| cutoff as f32),
         Some("BLEND") => record.blends = 1,
-        // Alpha means nothing else.
+        // Opaque materials ignore alpha.
         _ => record.alpha = 1.0,
     }
 }
 
-/// Moves factors that are out of range to its nearer end.
+/// Clamps factors to their ranges.
 fn move_into_ranges(
     record: &mut MaterialTextures,
     context: &mut ImportContext<'_>,

@@ -1,11 +1,11 @@
-//! Vertex colours, sets of coordinates, and meshes with many instances.
+//! Vertex colours, sets of texture coordinates, and EXT_mesh_gpu_instancing.
 
 use glam::Vec2;
 
 use super::textures::textured;
 use super::*;
 
-/// A document with colours of its triangle's corners, as this type of accessor.
+/// A document with colours at its triangle's corners, in this type of accessor.
 fn colored((mut document, mut binary): (Value, Vec<u8>), colors: [[f32; 3]; 3]) -> (Value, Vec<u8>) {
     let bytes: Vec<u8> = colors.iter().flatten().flat_map(|share| share.to_le_bytes()).collect();
     let accessor = json!({ "componentType": 5126, "count": 3, "type": "VEC3" });
@@ -19,17 +19,17 @@ fn base(scene: &Scene) -> Vec3 {
 }
 
 #[test]
-fn one_colour_is_a_factor() {
+fn constant_vertex_colour_becomes_a_factor() {
     let mut plain = (tiny(), tiny_binary());
     plain.0["materials"][0]["pbrMetallicRoughness"] = json!({ "baseColorFactor": [0.5, 0.5, 1, 1] });
     let (document, binary) = colored(plain.clone(), [[0.5, 1.0, 0.25]; 3]);
     let scene = load(&document, &binary).unwrap();
     assert_eq!((base(&scene), scene.warnings.len()), (Vec3::new(0.25, 0.5, 0.25), 0), "{:?}", scene.warnings);
-    // The other materials stay as they are, and white is no colour at all.
+    // The other materials stay unchanged, and white gives no copy.
     assert_eq!(scene.materials[0].base_color, Vec3::new(0.5, 0.5, 1.0));
     let (document, binary) = colored(plain, [[1.0; 3]; 3]);
     assert_eq!(load(&document, &binary).unwrap().materials.len(), 2);
-    // Without a material it is the default one's.
+    // Without a material, the default material gets the factor.
     let mut plain = (lit_by(&json!({ "type": "point" })), tiny_binary());
     plain.0["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("material");
     let (document, binary) = colored(plain, [[0.5, 1.0, 0.25]; 3]);
@@ -37,7 +37,7 @@ fn one_colour_is_a_factor() {
 }
 
 #[test]
-fn colours_that_vary_are_a_texture() {
+fn varying_vertex_colours_become_a_texture() {
     let colors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let (document, binary) = colored((tiny(), tiny_binary()), colors);
     for mirror in [1, -1] {
@@ -48,9 +48,9 @@ fn colours_that_vary_are_a_texture() {
         let textures = &scene.textures;
         let record = textures.materials[scene.surfaces[0].material as usize];
         let texture = textures.textures[record.base_color as usize];
-        // Triangles that lie beside each other on the image alone are never mixed.
+        // Only the finest level exists: neighbours on the image need not be neighbours on the surface.
         assert_eq!((texture.width, texture.height, texture.level_count), (2, 2, 1));
-        // Each corner is at its colour, whichever way the triangle runs.
+        // Each corner has its colour, for both orientations of the triangle.
         let triangle = scene.triangles[0];
         let position = |at: Vec3| (at + scene.origin.as_vec3()) * Vec3::new(mirror as f32, 1.0, 1.0);
         let [uv_a, uv_b, uv_c] =
@@ -69,7 +69,7 @@ fn colours_that_vary_are_a_texture() {
 }
 
 #[test]
-fn beside_a_texture_the_mean_is_named() {
+fn varying_vertex_colours_beside_a_texture_become_their_mean() {
     let colors = [[1.0, 0.0, 0.5], [0.5, 0.0, 0.5], [0.0, 0.75, 0.5]];
     let (document, binary) = colored(textured(::image::ImageFormat::Png), colors);
     let scene = load(&document, &binary).unwrap();
@@ -85,7 +85,7 @@ fn beside_a_texture_the_mean_is_named() {
 }
 
 #[test]
-fn a_second_set_of_coordinates_is_taken() {
+fn second_set_of_texture_coordinates_is_used() {
     let (mut document, binary) = textured(::image::ImageFormat::Png);
     let attributes = document["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap();
     let coordinates = attributes.remove("TEXCOORD_0").unwrap();
@@ -95,7 +95,7 @@ fn a_second_set_of_coordinates_is_taken() {
     assert_eq!((scene.textures.coordinates[0].uv_b, scene.warnings.len()), (Vec2::ONE, 0));
 }
 
-/// `tiny` with two instances of its mesh: one of half the size at x = 2, and one that is turned and twice as large.
+/// `tiny` with two instances of its mesh: one of half the size at x = 2, and a turned one of twice the size.
 fn with_two_instances() -> (Value, Vec<u8>) {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     let mut attribute = |accessor: Value, bytes: &[u8]| append(&mut document, &mut binary, accessor, bytes);
@@ -103,7 +103,7 @@ fn with_two_instances() -> (Value, Vec<u8>) {
     let vectors = json!({ "componentType": 5126, "count": 2, "type": "VEC3" });
     let translations = attribute(vectors.clone(), &floats(&[2.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
     let scales = attribute(vectors, &floats(&[0.5, 0.5, 0.5, 2.0, 2.0, 2.0]));
-    // A half turn about z, as shares of 127.
+    // A half turn about z, as normalized integers (127 is 1).
     let turns = json!({ "componentType": 5120, "normalized": true, "count": 2, "type": "VEC4" });
     let rotations = attribute(turns, &[0, 0, 0, 127, 0, 0, 127, 0]);
     document["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": {
@@ -114,7 +114,7 @@ fn with_two_instances() -> (Value, Vec<u8>) {
 }
 
 #[test]
-fn instances_are_meshes() {
+fn gpu_instances_place_the_mesh() {
     let (document, binary) = with_two_instances();
     let scene = load(&document, &binary).unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
@@ -125,7 +125,7 @@ fn instances_are_meshes() {
     for (corner, x) in corners.into_iter().zip([-2.0, 2.5]) {
         assert!((corner - Vec3::new(x, 0.0, 0.0)).length() < 1e-5, "{corner}");
     }
-    // Halves and doubles of lengths are quarters and four times of areas.
+    // Factors of 1/2 and 2 on lengths are 1/4 and 4 on areas.
     assert!((scene.flux.x - 0.5 * PI * 4.25).abs() < 1e-5);
 }
 
@@ -142,7 +142,7 @@ fn bad_instances_are_refused() {
         document.pointer_mut(attributes).unwrap()[member] = value;
         refuses(load(&document, &binary), &words);
     }
-    // As many as no memory holds, of no bytes at all.
+    // More instances than any memory holds, of no bytes at all.
     let mut document = document.clone();
     let accessor = json!({ "componentType": 5126, "count": 1_u64 << 50, "type": "VEC3" });
     document["accessors"].as_array_mut().unwrap().push(accessor);
@@ -152,7 +152,7 @@ fn bad_instances_are_refused() {
 }
 
 #[test]
-fn a_clearcoat_takes_the_place_of_a_coat() {
+fn clearcoat_replaces_the_coat_of_dielectrics() {
     let material = |metallic: f64| {
         json!({
             "emissiveFactor": [1, 1, 1],

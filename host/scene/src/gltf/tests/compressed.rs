@@ -1,4 +1,4 @@
-//! Compressed meshes are plain ones, and no damage to them makes the loader panic.
+//! Compressed meshes equal plain ones, and damage to them does not make the loader panic.
 
 use draco_core::{
     DataType, EncoderBuffer, EncoderOptions, GeometryAttributeType, Mesh, MeshEncoder, PointAttribute,
@@ -7,7 +7,7 @@ use draco_core::{
 
 use super::*;
 
-/// Corners of `tiny`'s triangle and one more, as a stream of Draco that is exact.
+/// A lossless Draco stream of these corners and faces.
 fn draco_stream(corners: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<u8> {
     let mut mesh = Mesh::new();
     let mut positions = PointAttribute::new();
@@ -26,7 +26,7 @@ fn draco_stream(corners: &[[f32; 3]], faces: &[[u32; 3]]) -> Vec<u8> {
     stream.data().to_vec()
 }
 
-/// `tiny` of a stream of Draco, with accessors that have no bytes.
+/// `tiny` compressed by Draco, with accessors without bytes.
 fn draco(stream: &[u8], vertices: usize, corners: usize) -> (Value, Vec<u8>) {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     let view = append(&mut document, &mut binary, json!({}), stream);
@@ -50,11 +50,11 @@ fn draco_is_decompressed() {
     let (document, binary) = draco(&stream, 4, 6);
     let scene = load(&document, &binary).unwrap();
     assert_eq!((scene.triangles.len(), scene.warnings.len()), (2, 0), "{:?}", scene.warnings);
-    // Both halves of the square, facing the camera.
+    // Both halves of the square face the camera.
     assert!((scene.flux.x - PI).abs() < 1e-3, "{}", scene.flux);
     assert!(scene.triangles.iter().all(|triangle| (face_normal(triangle) - Vec3::Z).length() < 1e-3));
 
-    // Two primitives of one stream.
+    // Two primitives share a stream.
     let mut twice = document.clone();
     let primitive = twice["meshes"][0]["primitives"][0].clone();
     twice["meshes"][0]["primitives"].as_array_mut().unwrap().push(primitive);
@@ -74,7 +74,7 @@ fn damaged_draco_is_refused_or_other_triangles() {
         let (document, binary) = draco(&stream[..at], 4, 6);
         refuses(load(&document, &binary), &["\"m\", primitive 0", "gltf-transform"]);
     }
-    // More triangles than the document speaks of.
+    // More triangles than the document declares.
     let (document, binary) = draco(&stream, 4, 3);
     refuses(load(&document, &binary), &["Draco"]);
     let (mut document, binary) = draco(&stream, 4, 6);
@@ -84,7 +84,7 @@ fn damaged_draco_is_refused_or_other_triangles() {
 }
 
 #[test]
-fn an_uncompressed_copy_stands_in() {
+fn uncompressed_copy_replaces_a_damaged_stream() {
     let (mut document, mut binary) = draco(b"no stream", 3, 3);
     document.as_object_mut().unwrap().remove("extensionsRequired");
     let positions = append(
@@ -101,7 +101,7 @@ fn an_uncompressed_copy_stands_in() {
     refuses(load_strictly(&document, &binary), &["Draco"]);
 }
 
-/// `tiny` whose indices are compressed by meshopt; their plain bytes are not there.
+/// `tiny` whose indices are compressed by meshopt, without their plain bytes.
 fn meshopt(stream: &[u8]) -> (Value, Vec<u8>) {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     let view = append(&mut document, &mut binary, json!({}), stream);

@@ -1,9 +1,9 @@
-//! What is missing or out of range is replaced with a warning that names it, and refused where the file is read strictly.
+//! Missing or invalid elements are replaced with a warning that names them, and refused by strict reading.
 
 use super::textures::textured;
 use super::*;
 
-/// Asserts that a document loads with one warning of these words, and is refused with them where it is read strictly.
+/// Asserts that a document loads with one warning of these words, and that strict reading refuses it with them.
 fn forgiven(document: &Value, binary: &[u8], words: &[&str]) -> Scene {
     let scene = load(document, binary).unwrap();
     let named = |warning: &&String| words.iter().all(|word| warning.contains(word));
@@ -14,13 +14,13 @@ fn forgiven(document: &Value, binary: &[u8], words: &[&str]) -> Scene {
 }
 
 #[test]
-fn what_needs_no_replacement_is_read_strictly_too() {
+fn strict_reading_accepts_documents_without_faults() {
     let (document, binary) = textured(::image::ImageFormat::Png);
     assert!(load_strictly(&document, &binary).unwrap().warnings.is_empty());
 }
 
 #[test]
-fn textures_that_cannot_be_had_are_flat() {
+fn missing_textures_leave_the_factors() {
     let (whole, binary) = textured(::image::ImageFormat::Png);
     let gone = json!([{ "uri": "gone.png" }]);
     for (pointer, value, words) in [
@@ -43,12 +43,12 @@ fn textures_that_cannot_be_had_are_flat() {
             assert!(warning.contains("factor alone"), "{:?}", scene.warnings);
         }
         assert!(load_strictly(&document, &binary).is_err());
-        // The factors: white that emits one from 0.5 m^2.
+        // Factors only: white that emits radiance one from 0.5 m^2.
         assert!((scene.flux - Vec3::splat(0.5 * PI)).length() < 1e-5, "{}", scene.flux);
         let record = scene.textures.materials.first().copied().unwrap_or_default();
         assert_eq!([record.base_color, record.emissive, record.normal], [NONE; 3]);
     }
-    // One of two images: the other stays.
+    // With one of two images missing, the other stays.
     let mut document = whole;
     document["images"].as_array_mut().unwrap().push(json!({ "name": "lost", "uri": "gone.png" }));
     document["textures"].as_array_mut().unwrap().push(json!({ "source": 1 }));
@@ -59,9 +59,9 @@ fn textures_that_cannot_be_had_are_flat() {
 }
 
 #[test]
-fn damaged_images_are_flat() {
+fn damaged_images_leave_the_factors() {
     let (document, binary) = textured(::image::ImageFormat::Png);
-    // The header stays whole: it says a size, and decoding fails.
+    // The header stays intact: it gives a size, and decoding fails.
     for at in 104 + 33..binary.len() {
         let mut damaged = binary.clone();
         damaged[at] ^= 0x55;
@@ -89,7 +89,7 @@ fn missing_coordinates_are_zero() {
 }
 
 #[test]
-fn normals_that_are_not_finite_are_the_faces() {
+fn normals_that_are_not_finite_become_face_normals() {
     for bad in [f32::NAN, f32::INFINITY] {
         let mut binary = tiny_binary();
         binary[48..52].copy_from_slice(&bad.to_le_bytes());
@@ -99,7 +99,7 @@ fn normals_that_are_not_finite_are_the_faces() {
 }
 
 #[test]
-fn what_cannot_be_placed_is_left_out() {
+fn unusable_cameras_and_primitives_are_left_out() {
     let camera = tiny_with("/cameras/0/perspective/yfov", json!(4));
     let scene = forgiven(&camera, &tiny_binary(), &["main", "yfov is 4 rad", "; left out"]);
     assert!(scene.cameras.is_empty());
@@ -147,7 +147,7 @@ fn damaged_animations_are_left_out() {
 }
 
 #[test]
-fn factors_out_of_range_are_moved_into_it() {
+fn factors_out_of_range_are_clamped() {
     let with = |pointer: &str, value: Value, words: &[&str]| {
         let words = [&["glow"], words].concat();
         forgiven(&tiny_with(pointer, value), &tiny_binary(), &words).materials[0]

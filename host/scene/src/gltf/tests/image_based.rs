@@ -1,4 +1,4 @@
-//! EXT_lights_image_based: where its faces are seen, and what is done where they cannot be had.
+//! EXT_lights_image_based: the orientation of its faces, and the replacement of missing faces.
 
 use std::io::Cursor;
 
@@ -7,7 +7,7 @@ use caustics_kernels::light::environment::radiance_from;
 
 use super::*;
 
-/// Appends an image, of 32 x 32 texels that a function gives by column and row; its index.
+/// Appends an image of 32 x 32 texels, given by a function of column and row; returns its index.
 fn add(document: &mut Value, binary: &mut Vec<u8>, texel: impl Fn(u32, u32) -> [u8; 4]) -> usize {
     let image = RgbaImage::from_fn(32, 32, |x, y| ::image::Rgba(texel(x, y)));
     let mut file = Cursor::new(Vec::new());
@@ -26,8 +26,8 @@ fn add(document: &mut Value, binary: &mut Vec<u8>, texel: impl Fn(u32, u32) -> [
     images.len() - 1
 }
 
-/// `tiny` in a light of six faces, each with a red level of its own (RGBD: 255 over this alpha), green where it is left of the
-/// middle and blue where it is above.
+/// `tiny` in a light of six faces. Each has its own red level (RGBD: 255 over this alpha), is green on its left half and blue on
+/// its upper half.
 fn lit(change: impl Fn(&mut Value)) -> Result<Scene, SceneError> {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     let faces: Vec<usize> = (0..6)
@@ -56,7 +56,7 @@ fn seen(scene: &Scene, direction: Vec3) -> Vec3 {
     radiance_from(scene.tables(), direction.normalize())
 }
 
-/// The faces in their order, with what is to the left and above of who looks at each from inside.
+/// The faces in order: axis, then the directions to the left and up for an observer inside of the cube.
 const FACES: [[Vec3; 3]; 6] = [
     [Vec3::X, Vec3::NEG_Z, Vec3::Y],
     [Vec3::NEG_X, Vec3::Z, Vec3::Y],
@@ -67,25 +67,25 @@ const FACES: [[Vec3; 3]; 6] = [
 ];
 
 #[test]
-fn each_face_is_where_its_axis_is_upright_and_not_mirrored() {
+fn faces_are_on_their_axes_upright_and_not_mirrored() {
     let scene = lit(|_| {}).unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     for (face, [axis, left, up]) in FACES.into_iter().enumerate() {
-        assert_eq!(left.cross(up), axis, "whoever looks along {axis} has it so");
+        assert_eq!(left.cross(up), axis, "left, up and axis of the face {axis} must be a right-handed frame");
         for (to_left, to_up) in [(0.6, 0.6), (0.6, -0.6), (-0.6, 0.6), (-0.6, -0.6)] {
             let found = seen(&scene, axis + to_left * left + to_up * up);
             let level = 2.0 * 255.0 / f32::from(alpha(face as u8));
             let is = |is_so: bool| if is_so { level } else { 0.0 };
             let expected = Vec3::new(level, is(to_left > 0.0), is(to_up > 0.0));
-            // An f32 and a curve of bytes.
+            // Precision of f32 and of the sRGB bytes.
             assert!((found - expected).abs().max_element() < 1e-5 * level, "{face}: {found} {expected}");
         }
     }
 }
 
-/// A quarter of a turn around +y brings what was at +z to +x.
+/// A quarter turn around +y brings the light from +z to +x.
 #[test]
-fn it_is_turned_by_its_rotation() {
+fn rotation_of_the_light_turns_its_faces() {
     let plain = lit(|_| {}).unwrap();
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let around_y = lit(|light| light["rotation"] = json!([0, half, 0, half])).unwrap();
@@ -98,9 +98,9 @@ fn it_is_turned_by_its_rotation() {
     }
 }
 
-/// Of a face that cannot be had the coefficients stand in: an irradiance of 3 pi everywhere, and more from above.
+/// Irradiance coefficients replace missing faces: an irradiance of 3 pi everywhere, and more from above.
 #[test]
-fn without_faces_its_coefficients_light() {
+fn irradiance_coefficients_replace_missing_faces() {
     let mut coefficients = vec![[0.0_f64; 3]; 9];
     coefficients[0] = [3.0 * std::f64::consts::PI / 0.282_095; 3];
     coefficients[1][2] = std::f64::consts::TAU / 3.0 / 0.488_603;
@@ -113,7 +113,7 @@ fn without_faces_its_coefficients_light() {
         assert!(scene.warnings.iter().any(|w| w.contains("irradianceCoefficients")), "{:?}", scene.warnings);
         for (direction, blue) in [(Vec3::Y, 8.0), (Vec3::NEG_Y, 4.0), (Vec3::X, 6.0)] {
             let found = seen(&scene, direction);
-            // Rows of 6 degrees.
+            // A row covers 6 degrees.
             let expected = Vec3::new(6.0, 6.0, blue);
             assert!((found - expected).abs().max_element() < 0.01, "{direction}: {found}");
         }
@@ -121,7 +121,7 @@ fn without_faces_its_coefficients_light() {
 }
 
 #[test]
-fn what_is_not_there_or_of_another_type_is_named() {
+fn missing_or_mistyped_lights_are_named() {
     let mut document = tiny();
     document["scenes"][0]["extensions"] = json!({ "EXT_lights_image_based": { "light": 3 } });
     let scene = load(&document, &tiny_binary()).unwrap();

@@ -1,8 +1,8 @@
-//! Memory is bounded before it is asked for, and what moves out of bounds names its file.
+//! Memory is reserved before it is allocated, and errors of poses name the file.
 
 use super::*;
 
-/// `tiny` with a mesh of so many triangles, all the same, on so many nodes. Indices of one byte: a triangle takes three.
+/// `tiny` with a mesh of `triangles` equal triangles on each of `nodes` nodes. Indices have one byte: a triangle takes three.
 fn many(triangles: usize, nodes: usize) -> (Value, Vec<u8>) {
     let mut document = tiny();
     let mut binary = tiny_binary();
@@ -34,13 +34,13 @@ fn triangles_are_counted_before_they_are_made() {
             &["its 250000000 triangles", "GiB of memory", "are available"],
         );
     }
-    // Making one of the copies takes longer than to refuse them all; unoptimised, reading the document takes a while.
+    // Making one copy takes longer than refusing all of them; an unoptimised build needs a while to read the document.
     assert!(start.elapsed().as_secs() < 20);
     assert_eq!(load(&many(10, 3).0, &many(10, 3).1).unwrap().triangles.len(), 30);
 }
 
 #[test]
-fn a_buffer_is_read_up_to_its_length() {
+fn buffer_file_is_read_up_to_its_declared_length() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.bin"), tiny_binary().repeat(2)).unwrap();
     let mut document = tiny();
@@ -48,7 +48,7 @@ fn a_buffer_is_read_up_to_its_length() {
     let text = serde_json::to_vec(&document).unwrap();
     assert!(read("tiny.gltf", &text, folder.path()).is_ok());
 
-    // A claim beyond memory is refused before the file is looked at.
+    // A length beyond memory is refused before the file is read.
     if caustics_files::memory::available().is_some() {
         document["buffers"][0]["byteLength"] = json!(1_u64 << 60);
         let text = serde_json::to_vec(&document).unwrap();
@@ -58,9 +58,9 @@ fn a_buffer_is_read_up_to_its_length() {
 }
 
 #[test]
-fn a_pose_that_cannot_be_shown_names_the_file() {
+fn error_of_an_invalid_pose_names_the_file() {
     let mut document = tiny();
-    // A copy that stays within bounds at first and leaves them by the second key.
+    // One instance stays within the bounds at first and leaves them by the second key.
     let keys: [f32; 8] = [0., 1., 0., 0., 0., 1e20, 0., 0.];
     let mut binary = tiny_binary();
     binary.resize(80, 0);
@@ -77,7 +77,7 @@ fn a_pose_that_cannot_be_shown_names_the_file() {
         "samplers": [{ "input": 3, "output": 4 }],
     }]);
     let mut scene = load(&document, &binary).unwrap();
-    // As `Scene::load` calls it.
+    // `Scene::load` sets the name so.
     scene.name = "scene".into();
     let message = scene.pose(1.0).unwrap_err().to_string();
     assert!(message.starts_with("tiny.glb: node \"thing\": at 1 s"), "{message}");

@@ -1,8 +1,8 @@
-//! Numbers of every type and sparse ones are what plain floats say.
+//! Accessors of every type, and sparse ones, give the numbers of plain floats.
 
 use super::*;
 
-/// What a type's largest number is as a share, its code, and the bytes of such shares; rows of `padded` bytes.
+/// Encodes shares in [-1, 1] as normalized integers of the component type `code`; rows are padded to `padded` bytes.
 fn shares(code: u32, padded: usize, rows: &[&[f32]]) -> Vec<u8> {
     let share = |x: &f32| match code {
         5120 => ((x * 127.0).round() as i8).to_le_bytes().to_vec(),
@@ -19,7 +19,7 @@ fn shares(code: u32, padded: usize, rows: &[&[f32]]) -> Vec<u8> {
     rows.iter().flat_map(row).collect()
 }
 
-/// `tiny` with these positions and normals, as this type.
+/// `tiny` with these positions and normals, in this component type.
 fn tiny_with_type(code: u32, stride: usize, positions: &[&[f32]], normals: &[&[f32]]) -> (Value, Vec<u8>) {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     document["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
@@ -35,7 +35,7 @@ fn tiny_with_type(code: u32, stride: usize, positions: &[&[f32]], normals: &[&[f
 }
 
 #[test]
-fn quantised_meshes_are_plain_ones_to_the_quantum() {
+fn quantised_meshes_equal_plain_ones_to_the_quantum() {
     let positions: [&[f32]; 3] = [&[0.1, 0.2, 0.3], &[0.9, 0.25, 0.35], &[0.15, 1.0, 0.0]];
     let normals: [&[f32]; 3] = [&[0.0, 0.6, 0.8], &[0.6, 0.0, 0.8], &[0.48, 0.36, 0.8]];
     let (document, binary) = tiny_with_type(5126, 12, &positions, &normals);
@@ -46,18 +46,18 @@ fn quantised_meshes_are_plain_ones_to_the_quantum() {
         let (document, binary) = tiny_with_type(code, stride, &positions, &normals);
         let scene = load(&document, &binary).unwrap();
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-        // Half a quantum for the corner and as much for the centre; a normal's error is a direction's of three components.
+        // The corner and the centre err by half a quantum each; a normal's error is that of three components.
         let (triangle, surface) = (&scene.triangles[0], &scene.surfaces[0]);
         let near = |a: Vec3, b: Vec3, quanta: f32| (a - b).abs().max_element() <= quanta / largest + 1e-6;
         assert!(near(triangle.a, plain.triangles[0].a, 1.0) && near(triangle.c, plain.triangles[0].c, 1.0));
         assert!(near(surface.normal_b, plain.surfaces[0].normal_b, 1.0), "{code}: {}", surface.normal_b);
-        // Were shares taken as integers the triangle would be as many times as large.
+        // Without normalisation the triangle would be larger by the factor `largest`.
         assert!(!near(triangle.a * largest, plain.triangles[0].a, 1.0));
     }
 }
 
 #[test]
-fn integers_that_are_no_shares_are_numbers() {
+fn integers_that_are_not_normalized_are_plain_numbers() {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     let bytes: Vec<u8> = [0_u16, 0, 0, 1000, 0, 0, 0, 1000, 0].iter().flat_map(|x| x.to_le_bytes()).collect();
     let accessor = json!({ "componentType": 5123, "count": 3, "type": "VEC3" });
@@ -68,7 +68,7 @@ fn integers_that_are_no_shares_are_numbers() {
     assert!((scene.triangles[0].b - plain.triangles[0].b).length() < 1e-6, "{}", scene.triangles[0].b);
 }
 
-/// `tiny` whose positions are replaced by a sparse accessor over `base`, with these ids and vectors.
+/// `tiny` whose positions are a sparse accessor over `base`, with these ids and vectors.
 fn sparse(base: Value, ids: &[u16], vectors: &[[f32; 3]]) -> (Value, Vec<u8>) {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     let bytes: Vec<u8> = ids.iter().flat_map(|id| id.to_le_bytes()).collect();
@@ -90,7 +90,7 @@ fn sparse(base: Value, ids: &[u16], vectors: &[[f32; 3]]) -> (Value, Vec<u8>) {
 }
 
 #[test]
-fn sparse_accessors_replace_what_they_name() {
+fn sparse_accessors_replace_the_listed_elements() {
     let edge = |(document, binary): &(Value, Vec<u8>)| {
         let scene = load(document, binary).unwrap();
         let triangle = scene.triangles[0];
@@ -127,14 +127,14 @@ fn sparse_accessors_out_of_bounds_are_refused() {
 
 #[test]
 fn zeros_without_a_buffer_are_bounded() {
-    // No byte of the file stands behind so many vertices and normals.
+    // These vertices and normals take no bytes of the file.
     let positions = json!({ "componentType": 5126, "count": 1_u64 << 50, "type": "VEC3" });
     refuses(load_with("/accessors/0", positions), &["accessor 0", "elements without a buffer view"]);
     let normals = json!({ "componentType": 5126, "count": 1 << 16, "type": "VEC3" });
     refuses(load_with("/accessors/1", normals), &["normals", "3 positions"]);
 }
 
-/// Counts whose bytes would wrap round to few.
+/// Counts whose size in bytes would overflow to a small number.
 #[test]
 fn counts_beyond_all_memory_are_refused() {
     let count = 1_u64 << 59;
@@ -159,7 +159,7 @@ fn counts_beyond_all_memory_are_refused() {
     assert!(scene.warnings[0].contains("elements without a buffer view"), "{:?}", scene.warnings);
 }
 
-/// A mesh of many vertices and one triangle, on many nodes: little memory, and days of reading.
+/// A mesh of many vertices and one triangle, on many nodes: it takes little memory, but days of reading.
 #[test]
 fn meshes_that_are_read_too_often_are_refused() {
     let mut document = tiny();

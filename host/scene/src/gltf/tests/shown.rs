@@ -1,8 +1,8 @@
-//! What is shown of a file: of its scenes, its containers, and of what it requires.
+//! Selection of the shown scene, containers, required extensions and versions.
 
 use super::*;
 
-/// Asserts that a document loads with a warning of these words, and not where it is read strictly.
+/// Asserts that a document loads with a warning of these words, and that strict reading refuses it.
 fn shown(document: &Value, words: &[&str]) -> Scene {
     let scene = load(document, &tiny_binary()).unwrap();
     let is_named = |warning: &String| words.iter().all(|word| warning.contains(word));
@@ -12,18 +12,18 @@ fn shown(document: &Value, words: &[&str]) -> Scene {
 }
 
 #[test]
-fn a_scene_needs_no_list_of_nodes() {
+fn scene_needs_no_list_of_nodes() {
     let mut document = tiny_with("/scenes", json!([{ "name": "empty" }, { "nodes": [0, 1] }]));
     document["scene"] = json!(1);
     let scene = load(&document, &tiny_binary()).unwrap();
     assert!(scene.warnings.is_empty() && scene.cameras.len() == 1, "{:?}", scene.warnings);
-    // Without a default scene the first is it.
+    // Without a default scene the first scene is used.
     document.as_object_mut().unwrap().remove("scene");
     shown(&document, &["scene 0 has no mesh", "scene 1 is shown"]);
 }
 
 #[test]
-fn meshes_are_shown_whatever_the_scene_has() {
+fn meshes_are_shown_if_the_default_scene_has_none() {
     let other = tiny_with("/scenes", json!([{ "nodes": [1] }, { "nodes": [0] }]));
     assert!(shown(&other, &["scene 0 has no mesh", "scene 1 is shown"]).cameras.is_empty());
     let none = tiny_with("/scenes", json!([{ "nodes": [] }]));
@@ -36,12 +36,12 @@ fn meshes_are_shown_whatever_the_scene_has() {
         library.as_object_mut().unwrap().remove(section);
     }
     shown(&library, &["no node places its meshes"]);
-    // A default scene that is not there is a fault of another kind.
+    // A default scene out of range is an error.
     refuses(load_with("/scene", json!(7)), &["scene 7"]);
 }
 
 #[test]
-fn what_has_a_scale_of_zero_is_not_shown() {
+fn meshes_with_a_scale_of_zero_are_left_out() {
     let mut document = tiny();
     document["nodes"].as_array_mut().unwrap().push(json!({ "name": "flat", "mesh": 0, "scale": [1, 0, 1] }));
     document["scenes"][0]["nodes"] = json!([0, 1, 2]);
@@ -69,13 +69,13 @@ fn orthographic_cameras_are_left_out() {
 }
 
 #[test]
-fn what_is_required_in_vain_is_named() {
+fn unsupported_required_extensions_are_named() {
     let mut document = tiny_with("/extensionsRequired", json!(["KHR_gaussian_splatting", "VENDOR_x"]));
     let words = ["\"KHR_gaussian_splatting\"", "not supported", "rendered without it", "extensionsRequired"];
     shown(&document, &words);
     shown(&document, &["\"VENDOR_x\""]);
     refuses(load_strictly(&document, &tiny_binary()), &["KHR_gaussian_splatting", "export the scene"]);
-    // What it is needed for may be all that there is.
+    // Without the extension the file has nothing to show.
     document["meshes"][0]["primitives"][0]["mode"] = json!(0);
     refuses(load(&document, &tiny_binary()), &["no triangles", "KHR_gaussian_splatting"]);
     document["accessors"] = json!([]);
@@ -85,17 +85,17 @@ fn what_is_required_in_vain_is_named() {
 }
 
 #[test]
-fn later_readers_are_not_waited_for() {
+fn documents_for_later_readers_are_read() {
     shown(&tiny_with("/asset/minVersion", json!("2.9")), &["minVersion is \"2.9\"", "as far as it is known"]);
     assert!(load_with("/asset/version", json!("2.9")).is_ok());
-    // Documents of glTF 1.0 need not say so.
+    // Documents of glTF 1.0 need not state their version.
     let old = json!({ "meshes": { "box": {} }, "nodes": { "node": {} } });
     refuses(load(&old, &[]), &["glTF 1.0", "npx gltf-pipeline"]);
     refuses(read("tiny.glb", b"glTF\x01\0\0\0\x14\0\0\0\0\0\0\0\0\0\0\0", Path::new(".")), &["glTF 1.0"]);
 }
 
 #[test]
-fn containers_may_hold_more() {
+fn containers_may_hold_further_chunks() {
     let whole = pack(&serde_json::to_vec(&tiny()).unwrap(), &tiny_binary());
     let json = 20 + u32::from_le_bytes(whole[12..16].try_into().unwrap()) as usize;
     let chunk =

@@ -11,7 +11,7 @@ use glam::Vec2;
 
 use super::*;
 
-/// `tiny` with coordinates and an image of 2 x 1 texels in its buffer, in this format.
+/// `tiny` with texture coordinates and an image of 2 x 1 texels in its buffer, in this format.
 pub fn textured(format: ImageFormat) -> (Value, Vec<u8>) {
     let (mut document, mut binary) = (tiny(), tiny_binary());
     binary.resize(80, 0);
@@ -53,7 +53,7 @@ fn textures_are_read_from_png_and_jpeg() {
         let textures = &scene.textures;
         let record = textures.materials[0];
         assert_eq!((record.alpha, record.alpha_cutoff, record.normal_scale), (0.25, 0.125, 0.5));
-        // One image as a colour and as normals: two textures, and each its own texels.
+        // One image as colour and as normals gives two textures with their own texels.
         assert_eq!(
             (record.base_color, record.emissive, record.normal, record.metallic_roughness),
             (0, 0, 1, NONE)
@@ -69,13 +69,13 @@ fn textures_are_read_from_png_and_jpeg() {
         let coordinates = textures.coordinates[0];
         assert_eq!((coordinates.uv_a, coordinates.uv_b), (Vec2::Y, Vec2::ONE));
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-        // Emission of pi x 0.5 m^2 in red alone.
+        // A flux of pi x 0.5 m^2, only in red.
         assert!((scene.flux.x - 0.5 * PI).abs() < 0.02 && scene.flux.y < 1e-2);
     }
 }
 
 #[test]
-fn other_coordinates_are_named() {
+fn textures_with_other_coordinates_are_named() {
     let (mut document, binary) = textured(ImageFormat::Png);
     document["materials"][0]["emissiveTexture"] = json!({ "index": 0, "texCoord": 1 });
     let scene = load(&document, &binary).unwrap();
@@ -87,7 +87,7 @@ fn other_coordinates_are_named() {
 fn blending_is_read_and_scales_emission() {
     let (mut document, binary) = textured(ImageFormat::Png);
     let whole = load(&document, &binary).unwrap();
-    assert_eq!(whole.materials[0].flags & FLAG_BLEND, 0, "alpha means nothing where nothing asks for it");
+    assert_eq!(whole.materials[0].flags & FLAG_BLEND, 0, "opaque materials must ignore alpha");
     let set = |document: &mut Value, alpha: f64| {
         document["materials"][0]["alphaMode"] = json!("BLEND");
         document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] = json!(alpha);
@@ -102,13 +102,13 @@ fn blending_is_read_and_scales_emission() {
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     }
 
-    // What is there for no ray emits nothing.
+    // A surface that no ray sees emits nothing.
     set(&mut document, 0.0);
     assert!(load(&document, &binary).unwrap().is_dark());
 }
 
 #[test]
-fn media_that_should_blend_are_named() {
+fn media_with_blended_alpha_are_named() {
     let (mut document, binary) = textured(ImageFormat::Png);
     document["materials"][0]["alphaMode"] = json!("BLEND");
     document["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = json!(0);
@@ -125,7 +125,7 @@ fn media_that_should_blend_are_named() {
 }
 
 #[test]
-fn transforms_are_baked() {
+fn texture_transforms_are_applied_to_the_coordinates() {
     let (mut document, binary) = textured(ImageFormat::Png);
     document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] =
         json!({ "KHR_texture_transform": { "offset": [0.5, 0], "scale": [2, 4] } });

@@ -1,4 +1,4 @@
-//! Extensions that say in other words what the core can say.
+//! Extensions that are translated into core glTF.
 
 use super::textures::textured;
 use super::*;
@@ -112,7 +112,7 @@ fn specular_glossiness_is_converted() {
     assert!((material.base_color - Vec3::new(0.8, 0.4, 0.2)).length() < 1e-5);
     assert!(material.metallic < 1e-5 && material.roughness == 0.25);
 
-    // A red texture on a dielectric, and no texture of gloss: the images hold base colour, and roughness and metallic.
+    // A red texture on a dielectric without a glossiness texture: the images hold base colour, and roughness with metallic.
     let scene = glossy(json!({
         "diffuseTexture": { "index": 0 }, "specularFactor": [0.04, 0.04, 0.04], "glossinessFactor": 0.75,
     }));
@@ -126,7 +126,7 @@ fn specular_glossiness_is_converted() {
     assert_eq!(texel(0), [255, 0, 0, 255]);
     // Roughness 0.25 is 63.75 of 255.
     assert_eq!((texel(1)[1], texel(1)[2]), (64, 0));
-    // The texture as specular colour, without anything diffuse: red metal of gloss 1 by the texture's alpha.
+    // The texture as specular colour without diffuse: red metal of glossiness 1 by the texture's alpha.
     let scene = glossy(json!({ "diffuseFactor": [0, 0, 0, 1], "specularGlossinessTexture": { "index": 0 } }));
     let texels: Vec<_> = scene.textures.texels.iter().map(|texel| texel.to_le_bytes()).collect();
     assert_eq!((texels[0], texels[3]), ([255, 0, 0, 255], [255, 0, 255, 255]));

@@ -1,4 +1,4 @@
-//! Values of wrong JSON types are refused with their path, and `extras` are anything.
+//! Values of wrong JSON types are refused with their path; `extras` may be anything.
 
 use super::*;
 
@@ -34,7 +34,7 @@ fn extras_are_any_json() {
             assert!(result.is_ok(), "{owner}: {extras}: {:?}", result.err().map(|error| error.to_string()));
         }
     }
-    // Deeper than the parser's stack, in the text itself.
+    // Deeper than the parser's stack allows, in the text itself.
     let deep = format!("{}1{}", "[{\"a\":".repeat(100_000), "}]".repeat(100_000));
     let text = serde_json::to_string(&tiny()).unwrap();
     let text = text.replacen('{', &format!("{{\"extras\":{deep},"), 1);
@@ -56,7 +56,7 @@ fn indices_are_not_taken_modulo_2_to_the_32() {
 }
 
 #[test]
-fn wrong_types_are_refused_with_their_place() {
+fn wrong_types_are_refused_with_their_path() {
     let color = "/materials/0/pbrMetallicRoughness";
     let texture = |info: Value| json!({ "baseColorTexture": info });
     let transform =
@@ -94,7 +94,7 @@ fn wrong_types_are_refused_with_their_place() {
     for (pointer, value, words) in cases {
         refuses(load_with(pointer, value), &["not a glTF 2.0 document", words]);
     }
-    // What is as it should be, or not there at all.
+    // Valid and missing members.
     for (pointer, value) in [
         ("/asset/minVersion", json!("2.0")),
         ("/samplers", json!([{ "wrapS": 33071, "wrapT": 10497, "magFilter": 9729, "minFilter": 9987 }])),

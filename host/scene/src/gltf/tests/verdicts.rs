@@ -1,5 +1,5 @@
-//! Verdict on every file of `tests/corpus` and `fuzz/corpus/scene`: what a file that loads holds and is warned of, or why it is
-//! refused. `CAUSTICS_BLESS=1 cargo test -p caustics-scene verdicts` writes `tests/golden/verdicts.txt`.
+//! Verdicts on all files of `tests/corpus` and `fuzz/corpus/scene`: the contents and warnings of a file that loads, or the reason
+//! of its refusal. `CAUSTICS_BLESS=1 cargo test -p caustics-scene verdicts` writes `tests/golden/verdicts.txt`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -22,12 +22,12 @@ fn files(corpus: &str) -> Vec<PathBuf> {
     files
 }
 
-/// A text on one line.
+/// Replaces control characters, so that a text takes one line.
 fn line(text: &str) -> String {
     text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
 }
 
-/// Variant and text of an error. What is left of the memory of a machine stands in neither.
+/// Variant and text of an error. The available memory of the machine is left out.
 fn refusal(error: &SceneError) -> String {
     let debug = format!("{error:?}");
     let variant = debug.split([' ', '{']).next().unwrap_or_default();
@@ -40,7 +40,7 @@ fn refusal(error: &SceneError) -> String {
     }
 }
 
-/// Lines of a file: its verdict, its warnings, and its verdict where it is read strictly.
+/// Lines of a file: its verdict, its warnings, and its verdict by strict reading.
 fn verdict(corpus: &str, path: &Path) -> String {
     let name = path.file_name().expect("a name").to_string_lossy();
     let bytes = std::fs::read(path).expect("a file");
@@ -74,7 +74,7 @@ fn verdict(corpus: &str, path: &Path) -> String {
     text
 }
 
-/// Lines that one table has and the other lacks.
+/// Lines that only one of two tables has.
 fn differences(ours: &str, committed: &str) -> Vec<String> {
     let lacking = |table: &str, other: &str, sign: char| -> Vec<String> {
         let known: std::collections::HashSet<&str> = other.lines().collect();
@@ -83,7 +83,7 @@ fn differences(ours: &str, committed: &str) -> Vec<String> {
     };
     let mut found = lacking(committed, ours, '-');
     found.extend(lacking(ours, committed, '+'));
-    // Lines of one file may stand at another, too.
+    // A line may also occur for several files.
     if found.is_empty() && ours != committed {
         found.push("its lines stand in another order, or more or less often".into());
     }

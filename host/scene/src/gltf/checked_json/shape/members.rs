@@ -7,17 +7,17 @@ use self::Kind::{Code, Flag, Index, Number, Numbers, Size, Text, Word};
 pub enum Kind {
     /// String.
     Text,
-    /// String of a list.
+    /// String out of a list.
     Word(&'static [&'static str]),
-    /// Integer of a list.
+    /// Integer out of a list.
     Code(&'static [u64]),
-    /// Index of a list, below 2^32 - 1.
+    /// Index, below 2^32 - 1.
     Index,
-    /// Whole number from 0 on.
+    /// Non-negative integer.
     Size,
     /// Number of any kind.
     Number,
-    /// List of so many numbers.
+    /// Array of this number of numbers.
     Numbers(usize),
     /// Bool.
     Flag,
@@ -35,7 +35,7 @@ pub const TEXTURE: &[(&str, Kind)] = &[
     ("extensions.KHR_texture_transform.texCoord", Index),
 ];
 
-/// Paths of such references.
+/// Paths of references to textures.
 pub const TEXTURES: [&str; 7] = [
     "materials[].pbrMetallicRoughness.baseColorTexture",
     "materials[].pbrMetallicRoughness.metallicRoughnessTexture",

@@ -1,10 +1,10 @@
-//! Cameras: members that nothing reads need not be there.
+//! Cameras: removes members that are not read.
 
 use serde_json::{Value, json};
 
 use super::element::elements;
 
-/// Removes of cameras all but the field of view of perspective ones.
+/// Removes everything but the field of view of perspective cameras.
 pub fn reduce(document: &mut Value) {
     for camera in elements(document, "cameras") {
         let Some(members) = camera.as_object_mut() else { continue };

@@ -1,12 +1,12 @@
-//! KHR_materials_clearcoat: a second coat, over the material's own. There is one coat here, which becomes that one where the
-//! material is a dielectric and the clearcoat is most of what it reflects.
+//! KHR_materials_clearcoat: a second coat, over the material's own. Materials here have one coat. The clearcoat replaces it if
+//! the material is a dielectric and the clearcoat dominates its reflection.
 
 use serde_json::{Value, json};
 
 use super::element::{elements, take_extension};
 use crate::gltf::context::{ImportContext, label};
 
-/// Share of the clearcoat from which on it stands for both coats.
+/// Minimum clearcoat factor for which the clearcoat replaces both coats.
 const MIN_SHARE: f64 = 0.5;
 
 /// Gives dielectrics the roughness of their clearcoat.

@@ -7,7 +7,7 @@ pub fn elements<'a>(document: &'a mut Value, section: &str) -> impl Iterator<Ite
     document.get_mut(section).and_then(Value::as_array_mut).into_iter().flatten()
 }
 
-/// Takes an extension out of an element.
+/// Removes an extension from an element and returns it.
 pub fn take_extension(element: &mut Value, name: &str) -> Option<Value> {
     element.get_mut("extensions")?.as_object_mut()?.remove(name).filter(|extension| !extension.is_null())
 }

@@ -1,4 +1,4 @@
-//! The scene that is shown: the default one, or where that has no mesh one that has.
+//! The shown scene: the default scene, or another with a mesh if it has none.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,7 @@ use super::element::elements;
 use crate::SceneError;
 use crate::gltf::context::ImportContext;
 
-/// Gives every scene its list of nodes, and makes a scene with meshes the default one where there are meshes.
+/// Gives every scene a list of nodes. If the document has meshes, makes a scene with meshes the default scene.
 pub fn complete(document: &mut Value, context: &mut ImportContext<'_>) -> Result<(), SceneError> {
     for scene in elements(document, "scenes") {
         if let Some(members) = scene.as_object_mut().filter(|members| !members.contains_key("nodes")) {
@@ -23,7 +23,7 @@ pub fn complete(document: &mut Value, context: &mut ImportContext<'_>) -> Result
         return Ok(());
     }
 
-    // Find another scene with a mesh, else show all nodes, else each mesh.
+    // Find another scene with a mesh, or show all nodes, or else each mesh.
     let other = scenes().position(|scene| has_mesh(document, &indices(&scene["nodes"])));
     let (what, scene) = match other {
         Some(other) => (format!("its scene {default} has no mesh; scene {other} is shown"), other),
@@ -51,7 +51,7 @@ fn indices(list: &Value) -> Vec<usize> {
     list.as_array().into_iter().flatten().filter_map(Value::as_u64).map(|index| index as usize).collect()
 }
 
-/// Nodes that are no child of another.
+/// Nodes without a parent.
 fn roots(document: &Value) -> Vec<usize> {
     let nodes = document["nodes"].as_array().map_or(&[][..], Vec::as_slice);
     let mut is_child = vec![false; nodes.len()];
@@ -61,7 +61,7 @@ fn roots(document: &Value) -> Vec<usize> {
     (0..nodes.len()).filter(|&node| !is_child[node]).collect()
 }
 
-/// Whether one of some nodes, or of those below them, has a mesh.
+/// Whether any of these nodes or of their descendants has a mesh.
 fn has_mesh(document: &Value, roots: &[usize]) -> bool {
     let nodes = document["nodes"].as_array().map_or(&[][..], Vec::as_slice);
     let mut is_seen = vec![false; nodes.len()];

@@ -1,6 +1,7 @@
 //! KHR_materials_pbrSpecularGlossiness as metallic-roughness, by the conversion of the extension's authors.
 //!
-//! Textures are converted texel by texel, when images are read: the member [`SOURCE`] of an image names the images that it is made of.
+//! Textures are converted texel by texel when images are read. The member [`SOURCE`] of a converted image names its source
+//! images.
 
 use std::collections::HashMap;
 
@@ -15,19 +16,19 @@ pub use self::conversion::{Converted, convert};
 
 mod conversion;
 
-/// Member of an image that is made of others.
+/// Member of a converted image.
 pub const SOURCE: &str = "specularGlossiness";
 
-/// Image that is made of those of specular-glossiness.
+/// An image that is converted from specular-glossiness images.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ConvertedImage {
     /// Index of the image of the diffuse colour.
     pub diffuse: Option<usize>,
     /// Index of the image of the specular colour and the glossiness.
     pub specular: Option<usize>,
-    /// Factors on both.
+    /// Factors on both images.
     pub factors: SpecularGlossiness,
-    /// Texture of metallic-roughness that it is.
+    /// Metallic-roughness texture that the image represents.
     pub part: ConvertedPart,
 }
 
@@ -53,7 +54,7 @@ pub struct SpecularGlossiness {
     pub glossiness: f32,
 }
 
-/// Factors as they stand in the JSON.
+/// Factors as written in the JSON.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct JsonFactors {
@@ -78,9 +79,9 @@ impl From<JsonFactors> for SpecularGlossiness {
 struct TexturePair {
     /// Reference to the texture of the base colour.
     base_color: Value,
-    /// Reference to that of roughness and metal.
+    /// Reference to the texture of roughness and metal.
     metallic_roughness: Value,
-    /// Images and factors that both are made of.
+    /// Source images and factors of both textures.
     source: Value,
 }
 
@@ -91,7 +92,7 @@ pub fn translate(document: &mut Value, context: &mut ImportContext<'_>) {
         _ => Vec::new(),
     };
     let (mut images, mut textures) = (list("images"), list("textures"));
-    // Materials that share everything share their textures.
+    // Materials with equal sources share their textures.
     let mut known = HashMap::new();
     for (index, material) in elements(document, "materials").enumerate() {
         let Some(extension) = take_extension(material, "KHR_materials_pbrSpecularGlossiness") else {
@@ -112,7 +113,7 @@ pub fn translate(document: &mut Value, context: &mut ImportContext<'_>) {
     document["textures"] = textures.into();
 }
 
-/// Textures that a material needs; none where it has no texture that is there.
+/// Textures of a material; `None` if it has no valid texture.
 fn texture_pair(extension: &Value, textures: &[Value]) -> Option<TexturePair> {
     let image = |member: &str| {
         let info = &extension[member];
@@ -134,7 +135,7 @@ fn texture_pair(extension: &Value, textures: &[Value]) -> Option<TexturePair> {
     Some(TexturePair { base_color, metallic_roughness, source })
 }
 
-/// Adds a texture and its image for each of a pair, with the sampler of the first, and returns the index of the first texture.
+/// Adds both textures of a pair, each with an image, and the sampler of the first source. Returns the index of the first texture.
 fn add_textures(pair: &TexturePair, images: &mut Vec<Value>, textures: &mut Vec<Value>) -> usize {
     for part in ["baseColor", "metallicRoughness"] {
         let mut source = pair.source.clone();
@@ -147,7 +148,7 @@ fn add_textures(pair: &TexturePair, images: &mut Vec<Value>, textures: &mut Vec<
     textures.len() - 2
 }
 
-/// Metallic-roughness by textures, the first of which has this index.
+/// Metallic-roughness with textures; `first` is the index of the first.
 fn converted_textures(extension: &Value, pair: TexturePair, first: usize) -> Value {
     let at = |mut info: Value, index: usize| {
         info["index"] = json!(index);
@@ -160,9 +161,9 @@ fn converted_textures(extension: &Value, pair: TexturePair, first: usize) -> Val
     })
 }
 
-/// Metallic-roughness by factors alone.
+/// Metallic-roughness without textures.
 fn converted_factors(extension: &Value) -> Value {
-    // Its members are checked.
+    // The members were checked before.
     let factors = JsonFactors::deserialize(extension).map(SpecularGlossiness::from);
     let Ok(SpecularGlossiness { diffuse, specular, glossiness }) = factors else { return json!({}) };
     let Converted { base_color: color, metallic } = convert(diffuse, specular);

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::element::{elements, take_extension};
 
-/// Gives every texture without a PNG or JPEG the image that an extension names.
+/// Gives every texture without a PNG or JPEG the image of an extension.
 pub fn choose_sources(document: &mut Value) {
     for texture in elements(document, "textures") {
         for extension in ["EXT_texture_webp", "KHR_texture_basisu"] {

@@ -1,12 +1,11 @@
-//! KHR_materials_unlit: a colour that is seen as it is, whatever the light. Here all that is seen emits or reflects, so that it
-//! becomes a diffuse surface.
+//! KHR_materials_unlit: a colour independent of light. All surfaces here emit or reflect, so an unlit material becomes diffuse.
 
 use serde_json::{Value, json};
 
 use super::element::{elements, take_extension};
 use crate::gltf::context::{ImportContext, label};
 
-/// Makes unlit materials diffuse ones of their base colour.
+/// Makes unlit materials diffuse, with their base colour.
 pub fn translate(document: &mut Value, context: &mut ImportContext<'_>) {
     for (index, material) in elements(document, "materials").enumerate() {
         if take_extension(material, "KHR_materials_unlit").is_none() {

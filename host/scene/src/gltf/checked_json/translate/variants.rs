@@ -1,4 +1,4 @@
-//! KHR_materials_variants: other materials for the same mesh, by the name of a variant.
+//! KHR_materials_variants: alternative materials of a mesh, by the name of a variant.
 
 use serde_json::Value;
 
@@ -6,7 +6,7 @@ use super::element::{elements, take_extension};
 use crate::SceneError;
 use crate::gltf::context::ImportContext;
 
-/// Gives primitives their materials of the variant that the caller chose, if any.
+/// Gives primitives their materials of the caller's variant, if any.
 pub fn choose(document: &mut Value, context: &ImportContext<'_>) -> Result<(), SceneError> {
     let all = document["extensions"]["KHR_materials_variants"]["variants"].as_array();
     let names: Vec<&str> =

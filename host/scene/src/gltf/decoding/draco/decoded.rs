@@ -9,7 +9,7 @@ use gltf::json::validation::{Checked, USize64};
 use crate::gltf::accessor;
 use crate::gltf::document::Document;
 
-/// Refuses an accessor of another number of elements. Memory was taken for at most four numbers each.
+/// Refuses an accessor whose number of elements differs. Memory was reserved for at most four numbers each.
 pub fn check_size(accessor: &Accessor, points: usize) -> Result<(), String> {
     let is_short = matches!(accessor.type_, Checked::Valid(shape) if shape.multiplicity() <= 4);
     let declared = accessor.count.0;
@@ -19,7 +19,7 @@ pub fn check_size(accessor: &Accessor, points: usize) -> Result<(), String> {
     Err(format!("cannot be decompressed (Draco: {points} points instead of {declared})"))
 }
 
-/// Appends an accessor of the floats of an attribute, by its accessor in the document and its id in the stream.
+/// Appends an accessor of an attribute's floats, given its accessor in the document and its id in the stream.
 pub fn append_attribute(
     document: &mut Document,
     accessor: Index<Accessor>,
@@ -70,7 +70,7 @@ pub fn append_indices(document: &mut Document, decoded: &Mesh) -> Index<Accessor
     append(document, accessor, indices, 3 * decoded.num_faces())
 }
 
-/// Appends an accessor of so many elements with its bytes.
+/// Appends an accessor of `count` elements with their bytes.
 fn append(document: &mut Document, accessor: Accessor, bytes: Vec<u8>, count: usize) -> Index<Accessor> {
     let view = View {
         buffer: Index::new(document.buffers.len() as u32),

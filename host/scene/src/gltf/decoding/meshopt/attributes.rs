@@ -1,28 +1,28 @@
-//! Mode ATTRIBUTES [EXT_meshopt_compression, appendix A; version 1: KHR_meshopt_compression]: bytes of the same position in
-//! successive elements, as differences, in groups of 16 with as few bits as they need.
+//! Mode ATTRIBUTES [EXT_meshopt_compression, appendix A; version 1: KHR_meshopt_compression]. Encodes the bytes at one position
+//! of successive elements as differences, in groups of 16 with the fewest bits.
 
-/// Size of the elements of a block at most (bytes).
+/// Maximum size of the elements of a block (bytes).
 const BLOCK_BYTES: usize = 8192;
-/// Number of elements of a block at most.
+/// Maximum number of elements of a block.
 const BLOCK_ELEMENTS: usize = 256;
 /// Number of bytes that are packed together.
 const GROUP: usize = 16;
 
-/// Decodes so many elements of so many bytes, a multiple of 4 up to 256; `None` of a damaged stream.
+/// Decodes `count` elements of `stride` bytes, a multiple of 4 up to 256; `None` for a damaged stream.
 pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     let (&header, data) = bytes.split_first()?;
     let version = header & 15;
     if header & 0xF0 != 0xA0 || version > 1 {
         return None;
     }
-    // The tail holds the first element's forerunner and, since version 1, how channels of four bytes are told apart.
+    // The tail holds the element before the first and, since version 1, the mode of each channel of four bytes.
     let channels = if version == 0 { 0 } else { stride / 4 };
     let padded = (stride + channels).max(if version == 0 { 32 } else { 24 });
     let (mut data, tail) = data.split_at_checked(data.len().checked_sub(padded)?)?;
     let tail = &tail[padded - stride - channels..];
     let (mut last, channels) = (tail[..stride].to_vec(), &tail[stride..]);
 
-    // A block holds some byte at least, so that a stream of few bytes ends before many elements are made.
+    // Each block holds at least one byte, so a short stream ends before many elements are made.
     let max_elements = (BLOCK_BYTES / stride / GROUP * GROUP).min(BLOCK_ELEMENTS);
     let mut decoded = Vec::new();
     decoded.try_reserve_exact(count.checked_mul(stride)?).ok()?;
@@ -37,7 +37,7 @@ pub fn decode(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     data.is_empty().then_some(decoded)
 }
 
-/// Decodes a block, and returns the data behind it.
+/// Decodes a block, and returns the remaining data.
 fn block<'a>(
     data: &'a [u8],
     decoded: &mut [u8],
@@ -79,7 +79,7 @@ fn block<'a>(
     Some(data)
 }
 
-/// Four bytes of an element, by their difference from those of the element before.
+/// Four bytes of an element, given their difference from the element before.
 fn undo(difference: [u8; 4], before: [u8; 4], kind: u8) -> Option<[u8; 4]> {
     let [a, b, c, d] = difference;
     let [e, f, g, h] = before;
@@ -105,7 +105,7 @@ fn undo(difference: [u8; 4], before: [u8; 4], kind: u8) -> Option<[u8; 4]> {
     }
 }
 
-/// Decodes groups of 16 bytes, each with one of four numbers of bits, and returns the data behind them.
+/// Decodes groups of 16 bytes, each with one of four bit widths, and returns the remaining data.
 fn groups<'a>(
     data: &'a [u8],
     plane: &mut [u8; BLOCK_ELEMENTS],
@@ -118,7 +118,7 @@ fn groups<'a>(
         let bits = bits[usize::from(headers[index / 4] >> (2 * (index % 4)) & 3)];
         let (packed, mut rest) = data.split_at_checked(2 * bits as usize)?;
         for (position, byte) in group.iter_mut().enumerate() {
-            // Single bits begin with the lowest of a byte, others with the highest.
+            // Single bits start at the lowest bit of a byte, others at the highest.
             let largest = ((1_u32 << bits) - 1) as u8;
             *byte = match bits {
                 0 => 0,

@@ -1,6 +1,6 @@
 //! Filters of attributes [EXT_meshopt_compression, appendix B; COLOR: KHR_meshopt_compression], in place.
 
-/// Undoes a filter of elements of so many bytes; `None` where it cannot be one of theirs.
+/// Undoes a filter on elements of `stride` bytes; `None` if the filter does not apply to them.
 pub fn apply(filter: &str, bytes: &mut [u8], stride: usize) -> Option<()> {
     match (filter, stride) {
         ("NONE", _) => {}
@@ -39,16 +39,16 @@ fn each_of_two(bytes: &mut [u8], change: impl Fn([i16; 4]) -> [i16; 4]) {
     }
 }
 
-/// Rounds a number, half way away from zero.
+/// Rounds a number, halves away from zero.
 fn rounded(number: f32) -> i32 {
     (number + if number >= 0.0 { 0.5 } else { -0.5 }) as i32
 }
 
-/// Unit vector times `largest`, by its position on an octahedron of a size that the third number says; the fourth stays.
+/// Unit vector times `largest`, from its position on an octahedron whose size is the third number; the fourth stays.
 fn octahedral([x, y, one, w]: [i32; 4], largest: f32) -> [i32; 4] {
     let (x, y) = (x as f32, y as f32);
     let z = one as f32 - x.abs() - y.abs();
-    // The lower half is folded outwards.
+    // The lower half is mapped outwards.
     let fold = z.min(0.0);
     let x = x + if x >= 0.0 { fold } else { -fold };
     let y = y + if y >= 0.0 { fold } else { -fold };
@@ -56,7 +56,7 @@ fn octahedral([x, y, one, w]: [i32; 4], largest: f32) -> [i32; 4] {
     [rounded(x * scale), rounded(y * scale), rounded(z * scale), w]
 }
 
-/// Unit quaternion by three components, the largest being left out; the last number says its index and the scale.
+/// Unit quaternion from three components without the largest; the last number holds its index and the scale.
 fn quaternion([x, y, z, last]: [i16; 4]) -> [i16; 4] {
     let scale = f32::from(last | 3);
     let [x, y, z] = [x, y, z].map(f32::from);
@@ -70,14 +70,14 @@ fn quaternion([x, y, z, last]: [i16; 4]) -> [i16; 4] {
     turned
 }
 
-/// Float by a mantissa of 24 bits and an exponent of 8.
+/// Float from a mantissa of 24 bits and an exponent of 8.
 fn exponential(bytes: [u8; 4]) -> [u8; 4] {
     let word = i32::from_le_bytes(bytes);
     let power = f32::from_bits((((word >> 24) + 127) as u32) << 23);
     (power * ((word << 8) >> 8) as f32).to_le_bytes()
 }
 
-/// Red, green, blue and alpha, by brightness and two differences; alpha's highest bit says how fine all are.
+/// Red, green, blue and alpha, from brightness and two differences. The highest bit of alpha gives the quantisation of all.
 fn color([brightness, orange, green, alpha]: [i32; 4], largest: f32) -> [i32; 4] {
     let mut scale = alpha;
     for shift in [1, 2, 4, 8] {

@@ -1,6 +1,6 @@
 //! Modes TRIANGLES and INDICES [EXT_meshopt_compression, appendix A].
 
-/// Vertices and edges that were named last, in rings of 16.
+/// The most recent vertices and edges, in ring buffers of 16.
 struct Recent {
     vertices: [u32; 16],
     edges: [(u32, u32); 16],
@@ -36,10 +36,10 @@ impl Recent {
     }
 }
 
-/// Numbers behind the codes.
+/// Reader of the numbers behind the codes.
 struct Reader<'a> {
     data: &'a [u8],
-    /// Last index that was given by its difference.
+    /// Last index that was encoded by a difference.
     last: u32,
 }
 
@@ -50,7 +50,7 @@ impl Reader<'_> {
         Some(byte)
     }
 
-    /// Reads a number in groups of seven bits, the lowest first; five at most.
+    /// Reads a number in groups of seven bits, the lowest first; five groups at most.
     fn varint(&mut self) -> Option<u32> {
         let mut number = 0;
         for shift in [0, 7, 14, 21, 28] {
@@ -69,7 +69,7 @@ impl Reader<'_> {
     }
 }
 
-/// Difference whose lowest bit is its sign, modulo 2^32.
+/// Difference modulo 2^32 whose lowest bit is the sign.
 fn signed(number: u32) -> u32 {
     (number >> 1) ^ 0_u32.wrapping_sub(number & 1)
 }
@@ -78,7 +78,7 @@ fn push_index(decoded: &mut Vec<u8>, index: u32, size: usize) {
     decoded.extend(&index.to_le_bytes()[..size]);
 }
 
-/// Decodes so many indices of two or four bytes, three a triangle; `None` of a damaged stream.
+/// Decodes `count` indices of two or four bytes, three a triangle; `None` for a damaged stream.
 pub fn triangles(bytes: &[u8], count: usize, size: usize) -> Option<Vec<u8>> {
     let (&header, data) = bytes.split_first()?;
     let version = header & 15;
@@ -110,21 +110,21 @@ pub fn triangles(bytes: &[u8], count: usize, size: usize) -> Option<Vec<u8>> {
 struct TriangleDecoder<'a> {
     reader: Reader<'a>,
     recent: Recent,
-    /// Vertex that is named next for the first time.
+    /// Next new vertex.
     next: u32,
-    /// Codes below are of recent vertices.
+    /// Codes below this number are recent vertices.
     recent_codes: u8,
 }
 
 impl TriangleDecoder<'_> {
-    /// Names the next vertex.
+    /// Returns the next new vertex.
     fn fresh(&mut self) -> u32 {
         let vertex = self.next;
         self.next = vertex.wrapping_add(1);
         vertex
     }
 
-    /// Triangle on a recent edge, with a new vertex, a recent one, the one before or behind the last, or any.
+    /// Triangle on a recent edge. Its third vertex is new, recent, next to the last index, or any.
     fn triangle_on_edge(&mut self, edge: usize, code: u8) -> Option<[u32; 3]> {
         let (a, b) = self.recent.edge(1 + edge);
         let is_recent = (1..self.recent_codes).contains(&code);
@@ -145,11 +145,11 @@ impl TriangleDecoder<'_> {
         Some([a, b, c])
     }
 
-    /// Triangle of a new vertex and of two that are new or recent.
+    /// Triangle of a new vertex and of two new or recent vertices.
     fn triangle_by_table(&mut self, code: u8) -> [u32; 3] {
         let a = self.fresh();
         let codes = [code >> 4, code & 15];
-        // Look recent vertices up before any of these is pushed
+        // Look up recent vertices before any of these is pushed
         let [b, c] = codes.map(|code| self.fresh_or_recent(code));
         self.recent.push_vertex(a);
         for (vertex, _) in [b, c].into_iter().zip(codes).filter(|(_, code)| *code == 0) {
@@ -159,14 +159,14 @@ impl TriangleDecoder<'_> {
         [a, b, c]
     }
 
-    /// Triangle of vertices that are new, recent or any, as the next byte says; the first is new or any.
+    /// Triangle of new, recent or arbitrary vertices, by the next byte; the first is new or arbitrary.
     fn triangle_by_byte(&mut self, first_is_any: bool) -> Option<[u32; 3]> {
         let code = self.reader.byte()?;
         if code == 0 {
             self.next = 0;
         }
         let codes = [if first_is_any { 15 } else { 0 }, code >> 4, code & 15];
-        // Look recent vertices up before any of these is pushed, then read the others
+        // Look up recent vertices before any of these is pushed, then read the others
         let mut corners = codes.map(|code| if code == 15 { 0 } else { self.fresh_or_recent(code) });
         for (corner, _) in corners.iter_mut().zip(codes).filter(|(_, code)| *code == 15) {
             *corner = self.reader.index()?;
@@ -184,7 +184,7 @@ impl TriangleDecoder<'_> {
     }
 }
 
-/// Decodes so many indices of two or four bytes; `None` of a damaged stream.
+/// Decodes `count` indices of two or four bytes; `None` for a damaged stream.
 pub fn sequence(bytes: &[u8], count: usize, size: usize) -> Option<Vec<u8>> {
     let (&header, data) = bytes.split_first()?;
     if header & 0xF0 != 0xD0 || header & 15 > 1 || data.len() < count.checked_add(4)? {

@@ -27,7 +27,7 @@ const ATTRIBUTES_1: &[u8] = &[
     0x00, 0x7d, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
     0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x62, 0x00, 0x62,
 ];
-/// Every kind of group, as no encoder writes them.
+/// Groups of every kind, in a stream that no encoder writes.
 const ATTRIBUTES_1_ALL: &[u8] = &[
     0xa1, 0xd4, 0x94, 0xd4, 0x01, 0x0e, 0x00, 0x58, 0x57, 0x58, 0x02, 0x02, 0x12, 0x00, 0x00, 0x00, 0x00,
     0x00, 0x00, 0x03, 0x00, 0x00, 0x58, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
@@ -44,7 +44,7 @@ const PAIRS: &[u8] = &[
     0x77, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xf8, 0x00,
     0xf8, 0x00, 0xf0, 0x00, 0xf0, 0x00, 0x01, 0x01,
 ];
-/// Of four vertices of two numbers, and so on.
+/// Elements of `PAIRS`: 16 of four numbers.
 const PAIRS_ARE: [u16; 64] = [
     248, 248, 240, 240, 249, 250, 243, 244, 250, 252, 246, 248, 251, 254, 249, 252, 252, 256, 252, 256, 253,
     258, 255, 260, 254, 260, 258, 264, 255, 262, 261, 268, 256, 264, 264, 272, 257, 262, 267, 268, 258, 260,
@@ -71,7 +71,7 @@ fn streams_of_the_author_decode_to_their_indices() {
     assert_eq!(decoded(TRIANGLES_0, 12), plain);
     let short = indices::triangles(TRIANGLES_0, 12, 2).unwrap();
     assert_eq!(short, bytes(&plain.map(|index| index as u16)));
-    // With restarts and differences from the last.
+    // With restarts and differences from the last index.
     assert_eq!(decoded(TRIANGLES_1, 15), [0, 1, 2, 2, 1, 3, 0, 1, 2, 2, 1, 5, 2, 1, 4]);
     assert_eq!(decoded(THREE_EDGES, 12), [0, 1, 2, 1, 0, 3, 2, 1, 4, 0, 2, 5]);
     assert_eq!(words(&indices::sequence(SEQUENCE, 6, 4).unwrap()), [0, 1, 51, 2, 49, 1000]);
@@ -105,7 +105,7 @@ fn filters_are_undone() {
     filter::apply("COLOR", &mut colors, 4).unwrap();
     let meant = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.5, 0.0, 0.0, 1.0, 0.25, 0.4, 0.4, 0.4, 0.75];
     for (byte, share) in colors.into_iter().zip(meant) {
-        // Encoded with eight bits, one of which says how fine alpha is.
+        // Encoded with eight bits, one of which gives the quantisation of alpha.
         assert!((f32::from(byte) / 255.0 - share).abs() < 0.01, "{colors:?}");
     }
     assert!(filter::apply("OCTAHEDRAL", &mut colors, 12).is_none());

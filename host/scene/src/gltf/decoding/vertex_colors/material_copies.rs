@@ -10,16 +10,16 @@ use crate::gltf::document::sections::{
 };
 use crate::texture::Image;
 
-/// Memory that a copy of a material takes, in lists that grow to twice their length (bytes).
+/// Memory of a copied material, in lists that grow to twice their length (bytes).
 const MATERIAL_BYTES: u64 =
     (2 * (size_of::<json::Material>() + size_of::<JsonMaterial>()) + 4 * size_of::<TextureInfo>()) as u64;
-/// Memory that a byte of a JSON text takes as a value, at most about (bytes).
+/// Approximate maximum memory of a JSON value for each byte of its text (bytes).
 const JSON_BYTES: u64 = 64;
-/// Wrap that clamps, as OpenGL numbers it.
+/// OpenGL's code of clamping.
 const CLAMP_TO_EDGE: u32 = 33071;
 
 impl Baker<'_, '_> {
-    /// Copy of a material with a factor on its base colour; one copy for one factor.
+    /// Copies a material with a factor on its base colour; equal factors share a copy.
     pub(super) fn factored(
         &mut self,
         material: MaterialIndex,
@@ -34,7 +34,7 @@ impl Baker<'_, '_> {
         Ok(Index::new(copy as u32))
     }
 
-    /// Copy of a material that shows an image of colours.
+    /// Copies a material with an image of colours.
     pub(super) fn textured(
         &mut self,
         material: MaterialIndex,
@@ -74,7 +74,7 @@ impl Baker<'_, '_> {
     }
 }
 
-/// Length of the texts of a material that may be of any length (bytes).
+/// Length of the texts of a material, which is not limited (bytes).
 fn text_bytes(material: &JsonMaterial) -> u64 {
     let name = material.name.as_ref().map_or(0, String::len);
     let priority = material.priority.as_ref().map_or(0, |priority| priority.to_string().len());

@@ -10,7 +10,7 @@ use crate::gltf::document::members::or_default;
 pub struct JsonAnimation {
     /// Name.
     pub name: Option<String>,
-    /// Members of nodes that it sets.
+    /// Channels, each of one member of a node.
     #[serde(deserialize_with = "or_default")]
     pub channels: Vec<JsonChannel>,
     /// Keys.
@@ -22,9 +22,9 @@ pub struct JsonAnimation {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct JsonChannel {
-    /// Index of its sampler.
+    /// Index of the sampler.
     pub sampler: Option<usize>,
-    /// Node that it sets.
+    /// Member of a node that it sets.
     #[serde(deserialize_with = "or_default")]
     pub target: JsonTarget,
 }
@@ -39,7 +39,7 @@ pub struct JsonTarget {
     pub path: Option<String>,
 }
 
-/// Sampler of an animation, by accessors.
+/// Sampler of an animation: its accessors.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct JsonKeys {
@@ -57,9 +57,9 @@ pub struct JsonKeys {
 pub struct JsonSkin {
     /// Name.
     pub name: Option<String>,
-    /// Indices of its nodes.
+    /// Indices of the joints' nodes.
     #[serde(deserialize_with = "or_default")]
     pub joints: Vec<usize>,
-    /// Accessor of a matrix for each of them.
+    /// Accessor of an inverse bind matrix for each joint.
     pub inverse_bind_matrices: Option<u32>,
 }

@@ -1,4 +1,4 @@
-//! Materials, for their textures and for what the types of the crate gltf do not know.
+//! Materials: their textures, and members that the crate gltf does not support.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -16,7 +16,7 @@ pub fn read(document: &Value) -> Result<Vec<JsonMaterial>, serde_json::Error> {
     Ok(read)
 }
 
-/// Material, as far as textures need it.
+/// A material's textures and extensions.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct JsonMaterial {
@@ -31,9 +31,9 @@ pub struct JsonMaterial {
     pub normal_texture: Option<Box<TextureInfo>>,
     /// Use of alpha: OPAQUE, MASK or BLEND.
     pub alpha_mode: Option<String>,
-    /// Alpha from which on the surface is there.
+    /// Minimum alpha of visible points.
     pub alpha_cutoff: Option<f64>,
-    /// Extensions that the types of the crate gltf do not know.
+    /// Extensions that the crate gltf does not support.
     #[serde(deserialize_with = "or_default")]
     pub extensions: MaterialExtensions,
     /// `extras.priority`.

@@ -10,9 +10,9 @@ use crate::texture::Image;
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct JsonTexture {
-    /// Index of its image.
+    /// Index of the image.
     pub source: Option<usize>,
-    /// Index of its sampler.
+    /// Index of the sampler.
     pub sampler: Option<usize>,
 }
 
@@ -20,11 +20,11 @@ pub struct JsonTexture {
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct JsonSampler {
-    /// Wrap along u, as OpenGL numbers it.
+    /// Wrap along u, in OpenGL's codes.
     pub wrap_s: Option<u32>,
     /// Wrap along v.
     pub wrap_t: Option<u32>,
-    /// Filter of magnified texels.
+    /// Magnification filter.
     pub mag_filter: Option<u32>,
 }
 
@@ -34,26 +34,26 @@ pub struct JsonSampler {
 pub struct JsonImage {
     /// Name.
     pub name: Option<String>,
-    /// Origin of its texels.
+    /// Source of the texels.
     pub content: ImageContent,
 }
 
-/// Origin of the texels of an image.
+/// Source of the texels of an image.
 #[derive(Debug)]
 pub enum ImageContent {
-    /// File, or data in the document.
+    /// File, or data URI.
     Uri(String),
     /// File in a buffer view.
     View(usize),
-    /// Images of specular-glossiness.
+    /// Conversion of specular-glossiness images.
     Converted(ConvertedImage),
     /// Vertex colours.
     VertexColors(Image),
-    /// None that the document names.
+    /// Missing in the document.
     Missing,
 }
 
-/// Image as it stands in the JSON.
+/// Image as written in the JSON.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct RawImage {
@@ -61,7 +61,7 @@ struct RawImage {
     name: Option<String>,
     uri: Option<String>,
     buffer_view: Option<usize>,
-    /// Member that the translation sets.
+    /// Member that the translation adds.
     specular_glossiness: Option<ConvertedImage>,
 }
 
@@ -77,7 +77,7 @@ impl From<RawImage> for JsonImage {
     }
 }
 
-/// Reads a name, anything else than text as none.
+/// Reads a name; other types than text give `None`.
 fn text<'de, D: Deserializer<'de>>(member: D) -> Result<Option<String>, D::Error> {
     Ok(match Value::deserialize(member)? {
         Value::String(text) => Some(text),

@@ -15,11 +15,11 @@ use crate::gltf::document::sections::JsonKeys;
 const MAX_TIME: f32 = 1e9;
 /// Largest component of a value.
 const MAX_VALUE: f64 = 1e30;
-/// Length of a quaternion up to which it is no rotation.
+/// Maximum length of a quaternion that is not a rotation.
 const MIN_LENGTH: f64 = 1e-6;
-/// Memory of a time, as it is read and kept (bytes).
+/// Memory of a time, while it is read and in the scene (bytes).
 const TIME_BYTES: u64 = 12;
-/// Memory of a value, as it is read and kept (bytes).
+/// Memory of a value, while it is read and in the scene (bytes).
 const VALUE_BYTES: u64 = 48;
 
 /// Reader of the keys of a channel.
@@ -27,16 +27,16 @@ pub struct KeyReader<'a> {
     pub document: &'a Document,
     /// Accessors of the keys.
     pub sampler: &'a JsonKeys,
-    /// Member that they set.
+    /// Member that the keys set.
     pub path: Path,
     /// Number of morph targets of the node's mesh.
     pub targets: usize,
-    /// Channel, for messages.
+    /// Name of the channel in messages.
     pub owner: &'a str,
 }
 
 impl KeyReader<'_> {
-    /// Reads the keys; weights take a channel for every four.
+    /// Reads the keys; weights give a channel for every four targets.
     pub fn read(&self, context: &mut ImportContext<'_>) -> Result<Vec<Channel>, SceneError> {
         let wrong = |context: &ImportContext<'_>, what: String| context.animation_error(self.owner, what);
         let interpolation = self.interpolation().map_err(|what| wrong(context, what))?;
@@ -46,7 +46,7 @@ impl KeyReader<'_> {
         let input = index(self.sampler.input, "input")?;
         let output = index(self.sampler.output, "output")?;
 
-        // Take memory for keys as they are read and as they are kept
+        // Reserve memory for the keys, while they are read and in the scene
         let accessors = AccessorReader::new(self.document, context, self.owner);
         let (keys, values) = (accessors.count(input)?, accessors.count(output)?);
         let bytes = keys.saturating_mul(TIME_BYTES).saturating_add(values.saturating_mul(VALUE_BYTES));
@@ -79,7 +79,7 @@ impl KeyReader<'_> {
         }
     }
 
-    /// Reads rotations, or else vectors.
+    /// Reads rotations or vectors.
     fn vectors(
         &self,
         accessors: &AccessorReader<'_>,
@@ -93,7 +93,7 @@ impl KeyReader<'_> {
         Ok(values.into_iter().map(|value| Vec3::from(value).as_dvec3().extend(0.0)).collect())
     }
 
-    /// Weights of every four targets.
+    /// Weights in groups of four targets.
     fn weights(&self, values: &[f64]) -> Result<Vec<Vec<DVec4>>, String> {
         let (count, targets) = (values.len(), self.targets);
         if !count.is_multiple_of(targets) {
@@ -108,7 +108,7 @@ impl KeyReader<'_> {
         Ok((0..targets).step_by(4).map(four).collect())
     }
 
-    /// Refuses values that are not usable, or not as many as the keys need.
+    /// Refuses values that are not usable, or whose number does not fit the keys.
     fn check_values(
         &self,
         values: &[DVec4],

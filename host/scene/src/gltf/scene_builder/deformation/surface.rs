@@ -12,7 +12,7 @@ use crate::gltf::scene_builder::mesh::Surface;
 
 /// Memory of a vertex with its joints (bytes).
 const VERTEX_BYTES: u64 = (size_of::<Corner>() + size_of::<Pull>() + 64) as u64;
-/// Memory of the displacement of a vertex by a morph target, as it is read and kept (bytes).
+/// Memory of a vertex's displacement by a morph target, while it is read and in the scene (bytes).
 const DELTA_BYTES: u64 = 2 * size_of::<Delta>() as u64;
 
 /// Appends the vertices of a primitive, with the joints and targets that deform them.
@@ -35,7 +35,7 @@ pub fn add(
         .map(|target| deltas(context, surface, target, vertices.len()))
         .collect::<Result<_, _>>()?;
 
-    // Vertices of the file by those of the mesh: where corners have coordinates of their own, every corner is a vertex
+    // Map vertices of the mesh to those of the file. With vertex colours every corner is a vertex, with coordinates of its own
     let first = deformation.rest.len() as u32;
     let sources: Vec<u32> = if surface.is_coloured() {
         for (face, ids) in faces.iter().enumerate() {
@@ -61,7 +61,7 @@ pub fn add(
     Ok(())
 }
 
-/// Reads the joints that pull the vertices of a primitive.
+/// Reads the joints and weights of a primitive's vertices.
 fn pulls(
     context: &mut ImportContext<'_>,
     surface: &Surface<'_>,
@@ -83,7 +83,7 @@ fn pulls(
         let all = pulls.iter_mut().zip(joint_ids).zip(weights).enumerate();
         for (vertex, ((pull, joint_ids), weights)) in all {
             for (at, (joint, weight)) in joint_ids.into_iter().zip(weights).enumerate() {
-                // Where nothing pulls, files leave any number.
+                // Files leave any joint index where the weight is zero.
                 if weight == 0.0 {
                     continue;
                 }
@@ -101,7 +101,7 @@ fn pulls(
     Ok(pulls)
 }
 
-/// Refuses a joint that is none of a skin's, and a weight that is none.
+/// Refuses a joint that the skin does not have, and a weight that is not positive and finite.
 fn check_pull(joint: f32, weight: f32, joints: usize) -> Result<(), String> {
     if !(weight.is_finite() && weight > 0.0) {
         return Err(format!("has the weight {weight} of a joint, and weights are 0 to 1"));

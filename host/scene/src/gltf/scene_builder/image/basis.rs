@@ -5,12 +5,12 @@ use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use crate::texture::Image;
 use caustics_files::caught::caught;
 
-/// First bytes of such a file.
+/// First bytes of a KTX 2.0 file.
 const MAGIC: &[u8] = b"\xABKTX 20\xBB\r\n\x1A\n";
-/// Colour models of the descriptor of formats that are unpacked: ETC1S and UASTC.
+/// Supported colour models of the format descriptor: ETC1S and UASTC.
 const MODELS: [u8; 2] = [163, 166];
 
-/// Whether a file is one of KTX 2.0.
+/// Whether a file is in KTX 2.0 format.
 pub fn is_ktx(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
@@ -20,22 +20,22 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(word.try_into().ok()?))
 }
 
-/// Whether a file holds one image, and its finest level claims no more than its texels are worth: the transcoder makes room for
-/// what a compressed level claims before it looks.
+/// Whether a file holds one image, and its finest level declares no more bytes than its texels need. The transcoder allocates the
+/// declared size before it checks it.
 fn is_sound(bytes: &[u8], width: u32, height: u32) -> bool {
     let number = |at| Some(u64::from(word(bytes, at)?) | u64::from(word(bytes, at + 4)?) << 32);
     let blocks = u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4));
     let one_image = word(bytes, 32).is_some_and(|layers| layers <= 1) && word(bytes, 36) == Some(1);
-    // Sixteen bytes a block.
+    // A block has sixteen bytes.
     one_image && number(96).is_some_and(|claimed| claimed <= 16 * blocks)
 }
 
-/// Width and height by the header (texels).
+/// Width and height, from the header (texels).
 pub fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     word(bytes, 20).zip(word(bytes, 24)).ok_or_else(|| "cannot be decoded: its header is cut off".into())
 }
 
-/// Decodes the finest level of a file whose size was checked.
+/// Decodes the finest level of a file with a checked size.
 pub fn read(bytes: &[u8]) -> Result<Image, String> {
     let (width, height) = size(bytes)?;
     let model = word(bytes, 48).and_then(|descriptor| bytes.get((descriptor as usize).checked_add(12)?));
@@ -45,7 +45,7 @@ pub fn read(bytes: &[u8]) -> Result<Image, String> {
     if !is_sound(bytes, width, height) {
         return Err("cannot be decoded: it is no single image of the size that its header says".into());
     }
-    // The transcoder is made to return errors; should one of its checks be missing, damaged bytes must not end the program.
+    // The transcoder returns errors; should one of its checks be missing, damaged bytes must not end the program.
     let texels = caught(|| {
         Transcoder::new(bytes)
             .and_then(|file| file.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE))
@@ -62,7 +62,7 @@ pub fn read(bytes: &[u8]) -> Result<Image, String> {
 mod tests {
     use super::*;
 
-    /// A file of 4 x 4 texels of one colour: one block of UASTC in its mode for that.
+    /// A file of 4 x 4 texels of one colour: one block of UASTC in its mode for constant colours.
     pub fn plain(color: [u8; 4]) -> Vec<u8> {
         let block = (0b10111_u128 | u128::from(u32::from_le_bytes(color)) << 5).to_le_bytes();
         let (descriptor, level) = (104_u32, 148_u64);
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_that_claim_too_much_are_refused() {
+    fn levels_that_declare_too_many_bytes_are_refused() {
         let file = plain([10, 20, 200, 128]);
         for (at, value) in [(96, u64::MAX), (96, 1 << 46), (96, 17), (32, 1 << 32 | 2), (36, 6)] {
             let mut file = file.clone();
@@ -102,7 +102,7 @@ mod tests {
             for damage in [0x01, 0x08, 0x80, 0xFF] {
                 let mut damaged = file.clone();
                 damaged[at] ^= damage;
-                // As images are read: a size within bounds first.
+                // Check the size first, as the import does.
                 if size(&damaged).is_ok_and(|(width, height)| width <= 4096 && height <= 4096) {
                     let _ = read(&damaged);
                 }

@@ -1,4 +1,4 @@
-//! Images of metallic-roughness, made of those of specular-glossiness.
+//! Metallic-roughness images, converted from specular-glossiness images.
 
 use glam::Vec3;
 
@@ -9,7 +9,7 @@ use crate::gltf::checked_json::translate::specular_glossiness::{
 };
 use crate::texture::{Image, srgb};
 
-/// The larger of both images' sides.
+/// Size of the result: the larger of both images' sides.
 pub fn size(reader: &ImageReader<'_>, image: &ConvertedImage) -> Result<(u32, u32), String> {
     let mut largest = (1, 1);
     for index in [image.diffuse, image.specular].into_iter().flatten() {
@@ -19,7 +19,7 @@ pub fn size(reader: &ImageReader<'_>, image: &ConvertedImage) -> Result<(u32, u3
     Ok(largest)
 }
 
-/// Makes the image of one part; of the smaller image the nearest texel is taken.
+/// Converts one part. The smaller image is sampled at the nearest texel.
 pub fn read(reader: &ImageReader<'_>, image: &ConvertedImage) -> Result<Image, String> {
     let (width, height) = size(reader, image)?;
     let source = |index: Option<usize>| {
@@ -46,7 +46,7 @@ pub fn read(reader: &ImageReader<'_>, image: &ConvertedImage) -> Result<Image, S
     Ok(Image { width, height, texels })
 }
 
-/// Texel of one part, by those of both images.
+/// Converts a texel of one part, from the texels of both images.
 fn texel(image: &ConvertedImage, linear: &srgb::Decoder, diffuse: [u8; 4], specular: [u8; 4]) -> [u8; 4] {
     let color =
         |[red, green, blue, _]: [u8; 4]| Vec3::from([red, green, blue].map(|byte| linear.decode(byte)));

@@ -13,10 +13,10 @@ use crate::gltf::document::sections::ImageContent;
 use crate::texture::{Image, MAX_SIDE};
 use caustics_files::caught::decoded;
 
-/// Most memory that decoding an image may take (bytes): the largest image at eight bytes a texel.
+/// Maximum memory for decoding an image (bytes): the largest image at eight bytes a texel.
 const MAX_BYTES: u64 = 8 * (MAX_SIDE as u64) * (MAX_SIDE as u64);
 
-/// Width and height of an image by its header (texels).
+/// Width and height of an image, from its header (texels).
 pub fn size(reader: &ImageReader<'_>, content: &ImageContent) -> Result<(u32, u32), String> {
     let bytes = bytes(reader, content)?;
     if basis::is_ktx(&bytes) {
@@ -46,7 +46,7 @@ fn bytes<'a>(reader: &ImageReader<'a>, content: &ImageContent) -> Result<Cow<'a,
     }
 }
 
-/// Runs a decoder on some bytes. image-webp 0.2.4 panics at some damaged animations.
+/// Runs a decoder on a file's bytes. image-webp 0.2.4 panics at some damaged animations.
 fn decode<'a, T>(
     bytes: &'a [u8],
     decode: impl FnOnce(Decoder<Cursor<&'a [u8]>>) -> ImageResult<T> + UnwindSafe,

@@ -1,4 +1,4 @@
-//! Extents of meshes, before anything of them is read.
+//! Sizes of meshes, known before their data is read.
 
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
@@ -10,18 +10,18 @@ use crate::gltf::document::Document;
 use crate::gltf::primitive::attribute;
 use crate::gltf::scene_builder::node::WorldMesh;
 
-/// Numbers of a mesh's elements.
+/// Numbers of elements of a mesh.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Extent {
     /// Number of triangles.
     pub triangles: u64,
-    /// Number of triangles of primitives that emit.
+    /// Number of triangles in emissive primitives.
     pub emitting: u64,
-    /// Number of vertices of the largest primitive.
+    /// Number of vertices in the largest primitive.
     pub vertices: u64,
 }
 
-/// Counts the elements of a mesh by its accessors.
+/// Counts the elements of a mesh from its accessors.
 pub fn extent(
     document: &Document,
     context: &ImportContext<'_>,

@@ -1,4 +1,4 @@
-//! Vertices of primitives, placed in the world.
+//! Vertices of primitives, transformed to the world.
 
 use glam::{DAffine3, DMat3, Vec2, Vec3};
 use gltf::json::mesh::Semantic;
@@ -10,19 +10,19 @@ use crate::gltf::context::ImportContext;
 use crate::gltf::primitive::attribute;
 use crate::gltf::scene_builder::texture::Mapping;
 
-/// Largest texture coordinate.
+/// Maximum texture coordinate.
 const MAX_COORDINATE: f32 = 1e6;
 
 /// Texture coordinates and tangents of a primitive's vertices.
 #[derive(Default)]
 struct Coordinates {
     uvs: Vec<Vec2>,
-    /// Empty where the file has none.
+    /// Empty if the file has none.
     tangents: Vec<[f32; 4]>,
 }
 
 impl Surface<'_> {
-    /// Reads the vertices, placed.
+    /// Reads the vertices and transforms them.
     pub fn vertices(
         &self,
         context: &mut ImportContext<'_>,
@@ -41,7 +41,7 @@ impl Surface<'_> {
             None => Coordinates::default(),
         };
 
-        // Bring each vertex into the world
+        // Transform vertices to the world
         let turn = to_world.matrix3.inverse().transpose();
         let mut corners = Vec::with_capacity(positions.len());
         for (id, &position) in positions.iter().enumerate() {
@@ -61,7 +61,7 @@ impl Surface<'_> {
     }
 }
 
-/// Normal of a vertex; none, with a warning, where it is not usable.
+/// Normal of a vertex; `None`, with a warning, if it is not usable.
 fn normal(
     context: &mut ImportContext<'_>,
     turn: &DMat3,

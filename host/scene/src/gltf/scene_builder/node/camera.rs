@@ -10,7 +10,7 @@ use crate::gltf::context::ImportContext;
 use crate::gltf::document::Document;
 use crate::{SceneCamera, SceneError};
 
-/// Reads a perspective camera, not yet placed; none, with a warning, if it is another one.
+/// Reads a perspective camera, before its transform; `None`, with a warning, for other cameras.
 pub fn read(
     document: &Document,
     context: &mut ImportContext<'_>,

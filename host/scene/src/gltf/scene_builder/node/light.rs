@@ -15,7 +15,7 @@ pub fn of_node(node: &JsonNode) -> Option<Index<Light>> {
     extension.map(|extension| extension.light)
 }
 
-/// Reads a punctual light, not yet placed; none, with a warning, if it is none that can be.
+/// Reads a punctual light, before its transform; `None`, with a warning, if it is not usable.
 pub fn read(
     document: &Document,
     context: &mut ImportContext<'_>,

@@ -6,12 +6,12 @@ use gltf::json::scene::Node as JsonNode;
 use crate::animation::{Channel, Local, Morph};
 use crate::gltf::document::Document;
 
-/// Transform of a node in its parent, and the channels that set it.
+/// Transform of a node relative to its parent, with the channels that set it.
 pub fn local(node: &JsonNode, channels: Vec<Channel>) -> Local {
     if let Some(matrix) = node.matrix {
         let matrix = DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from)));
         let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
-        // A flat one has none.
+        // A singular matrix has no rotation.
         let rotation = if rotation.is_finite() { rotation.normalize() } else { DQuat::IDENTITY };
         return Local { translation, rotation, scale, matrix: Some(matrix.matrix3), ..Local::default() };
     }
@@ -36,7 +36,7 @@ pub fn morph(document: &Document, node: &JsonNode, channels: Vec<Channel>) -> Mo
     Morph { weights, channels }
 }
 
-/// Memory of the weights and keys of a node (bytes).
+/// Memory of a node's weights and keys (bytes).
 pub fn bytes(morph: &Morph) -> u64 {
     let keys = morph.channels.iter().map(|channel| 8 * channel.times.len() + 32 * channel.values.len());
     (16 * morph.weights.len() + keys.sum::<usize>()) as u64

@@ -18,11 +18,11 @@ use crate::{PunctualLight, SceneError};
 pub struct Walk<'a, 'b> {
     pub model: &'a Model,
     pub context: &'a mut ImportContext<'b>,
-    /// Everything that was found so far.
+    /// Result so far.
     pub world: WorldNodes,
 }
 
-/// Node of the file.
+/// A node of the file.
 pub struct SourceNode<'a> {
     pub index: usize,
     pub json: &'a JsonNode,
@@ -30,15 +30,15 @@ pub struct SourceNode<'a> {
     pub label: String,
 }
 
-/// Position of a node in the world.
+/// Transform of a node in the world.
 pub struct Placement {
     /// Index in the rig.
     pub joint: usize,
     /// Transform at time 0.
     to_world: DAffine3,
-    /// Whether it moves.
+    /// Whether the node moves.
     moves: bool,
-    /// Whether nothing on it can be seen.
+    /// Whether its transform is singular, so that nothing on it is visible.
     is_flat: bool,
 }
 
@@ -50,7 +50,7 @@ impl<'a> Walk<'a, '_> {
         Ok(SourceNode { index, json, label: label("node", index, json.name.as_deref()) })
     }
 
-    /// Adds a node to the rig, below its parent there.
+    /// Adds a node to the rig, below its parent.
     pub fn place(
         &mut self,
         node: &SourceNode<'_>,
@@ -71,7 +71,7 @@ impl<'a> Walk<'a, '_> {
         let is_grabbed = self.context.options.grabbed.contains(&index);
         let parent_moves = parent.is_some_and(|parent| self.world.rig.joints[parent].moves);
         let moves = is_grabbed || !local.channels.is_empty() || parent_moves;
-        // A skin leads to the world, wherever its node is.
+        // Skinned vertices are in the world, independent of the mesh's node.
         let is_flat = !moves && json.skin.is_none() && is_singular(&to_world);
         if is_flat && (json.mesh.is_some() || json.camera.is_some()) {
             let what = "its transform is singular (a scale of zero, or axes in one plane)";
@@ -112,7 +112,7 @@ impl<'a> Walk<'a, '_> {
         }
     }
 
-    /// Adds many instances of a mesh; one with a scale of zero is left out. Where its node moves each becomes a node below.
+    /// Adds many instances of a mesh; those with a scale of zero are left out. If the node moves, each becomes a child node.
     fn add_instances(&mut self, first: &WorldMesh, transforms: Vec<Local>) -> Result<(), SceneError> {
         for (id, local) in transforms.into_iter().enumerate() {
             let node = format!("{}, instance {id}", first.node);
@@ -155,7 +155,7 @@ impl<'a> Walk<'a, '_> {
         Ok(())
     }
 
-    /// Adds the punctual light of a node; one that has no direction and never gets any is left out.
+    /// Adds the punctual light of a node; a light that never has a direction is left out.
     pub fn add_light(&mut self, node: &SourceNode<'_>, placement: &Placement) -> Result<(), SceneError> {
         let &Placement { joint, to_world, moves, .. } = placement;
         let Some(index) = light::of_node(node.json) else { return Ok(()) };

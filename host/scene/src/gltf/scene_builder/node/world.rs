@@ -10,31 +10,31 @@ use crate::gltf::context::ImportContext;
 use crate::motion::OnNode;
 use crate::{PunctualLight, SceneCamera, SceneError};
 
-/// Mesh in the world.
+/// A mesh in the world.
 #[derive(Clone)]
 pub struct WorldMesh {
-    /// Name of its node in messages.
+    /// Name of the node in messages.
     pub node: String,
     /// The mesh.
     pub mesh: Index<Mesh>,
-    /// Its transform; that of a mesh that moves is left to the poses.
+    /// Transform to the world; for a moving mesh, the poses define it.
     pub to_world: DAffine3,
-    /// Its node in the rig.
+    /// Index of the node in the rig.
     pub joint: usize,
-    /// Whether it moves.
+    /// Whether the node moves.
     pub moves: bool,
-    /// Index of its skin.
+    /// Index of the skin.
     pub skin: Option<usize>,
 }
 
-/// Everything that stands in the world, not yet recentred.
+/// Contents of the world, not recentred.
 #[derive(Default)]
 pub struct WorldNodes {
     /// The nodes.
     pub rig: NodeTree,
-    /// Their transforms at time 0.
+    /// Transforms of the nodes at time 0.
     pub nodes: Nodes,
-    /// Index in the rig of each node of the file.
+    /// Index in the rig, by the index of the file's node.
     pub joint_of: HashMap<usize, usize>,
     /// Meshes.
     pub meshes: Vec<WorldMesh>,
@@ -45,7 +45,7 @@ pub struct WorldNodes {
 }
 
 impl WorldNodes {
-    /// Punctual lights in a world around an origin (m); one that moves may have no direction yet.
+    /// Punctual lights in a world recentred to an origin (m). A moving light may still lack a direction.
     pub fn lights_around(
         &self,
         context: &ImportContext<'_>,
@@ -65,7 +65,7 @@ impl WorldNodes {
         Ok(lights)
     }
 
-    /// Cameras in a world around an origin (m).
+    /// Cameras in a world recentred to an origin (m).
     pub fn cameras_around(&self, origin: DVec3) -> Vec<SceneCamera> {
         let placed =
             |camera: &OnNode<SceneCamera>| camera.what.placed(&self.nodes.to_world[camera.joint], origin);

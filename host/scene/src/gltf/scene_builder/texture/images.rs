@@ -1,4 +1,4 @@
-//! Images of textures. Their headers say how much memory they take, before one is decoded.
+//! Images of textures. Their headers give the required memory before any is decoded.
 
 use std::collections::HashSet;
 
@@ -11,10 +11,10 @@ use crate::gltf::decoding::model::Model;
 use crate::gltf::scene_builder::image::ImageReader;
 use crate::texture::{self, Image, ImageTexture};
 
-/// Substitute for a texture that is missing.
+/// Replacement of a missing texture, in messages.
 pub const FLAT: &str = "its factor alone is rendered";
 
-/// Loads the images of textures, by their indices in the document. Records of materials lose textures whose image cannot be had.
+/// Loads the images of textures, given their indices in the document. Records of materials lose textures without an image.
 pub fn load(
     model: &Model,
     context: &mut ImportContext<'_>,
@@ -25,13 +25,13 @@ pub fn load(
     let reader = ImageReader { document: model, folder: context.folder };
     let mut missing = HashSet::new();
 
-    // Take memory
+    // Reserve memory
     let mut sizes = read_each(&reader, context, images, &mut missing, ImageReader::size)?;
     missing.iter().for_each(|&image: &usize| sizes[image] = (1, 1));
     let used: HashSet<_> = textures.iter().map(|texture| (texture.image, texture.role)).collect();
     let count = texture::check_texels(context.file, used.into_iter().map(|(image, _)| sizes[image]))?;
-    // Four bytes a texel, in the images, in the table and in the runner; the largest image is decoded from eight a texel
-    // to four, and its levels are made of floats.
+    // Four bytes a texel each in the images, in the table and in the runner. The largest image is decoded from eight bytes a
+    // texel to four, and its levels are computed in floats.
     let areas = || sizes.iter().map(|&(width, height)| u64::from(width) * u64::from(height));
     let bytes = 4 * areas().sum::<u64>() + 8 * count + 12 * areas().max().unwrap_or(0);
     context.take(bytes, format_args!("its {} images", sizes.len()))?;
@@ -42,7 +42,7 @@ pub fn load(
     Ok(read)
 }
 
-/// Reads something of every image; nothing, with a warning, of one that cannot be had.
+/// Applies a function to every image; gives a default, with a warning, if an image is not available.
 fn read_each<'a, T: Default>(
     reader: &ImageReader<'a>,
     context: &mut ImportContext<'_>,
@@ -67,7 +67,7 @@ fn read_each<'a, T: Default>(
     Ok(all)
 }
 
-/// Leaves factors alone where an image cannot be had. A single texel stands in its place, which nothing looks up.
+/// Removes the textures of missing images from the records. A single texel replaces the image; no look-up reads it.
 fn leave_out(
     missing: &HashSet<usize>,
     images: &mut [Image],

@@ -4,12 +4,12 @@ use glam::Vec2;
 
 use crate::gltf::document::sections::TextureInfo;
 
-/// Coordinates of a material's textures.
+/// Mapping of a material's texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mapping {
     /// Set of coordinates: TEXCOORD_n.
     pub set: u32,
-    /// Whether tangents matter.
+    /// Whether tangents are needed.
     pub has_normal_map: bool,
     offset: Vec2,
     rotation: f32,
@@ -32,7 +32,7 @@ impl Mapping {
         }
     }
 
-    /// Transforms coordinates by KHR_texture_transform: scaled, turned counter-clockwise (v runs down), moved.
+    /// Transforms coordinates by KHR_texture_transform: scale, counter-clockwise rotation (v runs down), offset.
     pub fn transformed(&self, uv: Vec2) -> Vec2 {
         let (sin, cos) = self.rotation.sin_cos();
         let scaled = uv * self.scale;
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn transforms_scale_turn_and_move() {
+    fn texture_transforms_scale_rotate_and_move() {
         let turned = mapping(json!({ "texCoord": 1, "extensions": { "KHR_texture_transform": {
             "offset": [0.5, 0.25], "rotation": std::f32::consts::FRAC_PI_2, "scale": [2.0, 3.0],
         } } }));

@@ -1,4 +1,4 @@
-//! Textures that materials refer to, each once for a role, and the images that they need.
+//! Textures that materials refer to, each once for a role, and their images.
 
 use std::collections::HashMap;
 
@@ -10,14 +10,14 @@ use crate::gltf::document::Document;
 use crate::gltf::document::sections::{ImageContent, JsonSampler};
 use crate::texture::{ImageTexture, Role};
 
-/// Textures and images that were referred to so far.
+/// Textures and images found so far.
 #[derive(Default)]
 pub struct TextureSources {
     /// Textures.
     pub textures: Vec<ImageTexture>,
-    /// Indices in the document of the images of the textures.
+    /// Index in the document of each image.
     pub images: Vec<usize>,
-    /// Indices of the textures, by those of the document.
+    /// Indices of the textures, by the document's index and the role.
     known: HashMap<(usize, Role), u32>,
 }
 
@@ -51,7 +51,7 @@ impl TextureSources {
                 .ok_or_else(|| missing(&owner, "sampler", sampler, sections.samplers.len()))?,
             None => &JsonSampler::default(),
         };
-        // Triangles lie side by side on images of vertex colours, whatever they are beside on the surface.
+        // Neighbours on images of vertex colours need not be neighbours on the surface, so only the finest level is valid.
         let finest = matches!(image.content, ImageContent::VertexColors(_));
         let (wrap, nearest) =
             ([wrap(sampler.wrap_s), wrap(sampler.wrap_t)], sampler.mag_filter == Some(NEAREST));
@@ -72,10 +72,10 @@ impl TextureSources {
     }
 }
 
-/// Filter that interpolates nothing, as OpenGL numbers it.
+/// OpenGL's code of the nearest filter.
 const NEAREST: u32 = 9728;
 
-/// Wrap by the number that OpenGL gives it.
+/// Wrap for an OpenGL code.
 fn wrap(code: Option<u32>) -> u32 {
     match code {
         Some(33071) => WRAP_CLAMP,

@@ -11,7 +11,7 @@ const DIELECTRIC: f32 = 0.04;
 pub struct Converted {
     /// Base colour.
     pub base_color: Vec3,
-    /// Share of metal.
+    /// Metallic factor.
     pub metallic: f32,
 }
 
@@ -26,7 +26,7 @@ pub fn convert(diffuse: Vec3, specular: Vec3) -> Converted {
     Converted { base_color, metallic }
 }
 
-/// Share of metal that gives both brightnesses: a root of a quadratic equation.
+/// Metallic factor that gives both brightnesses: a root of a quadratic equation.
 fn metallic(diffuse: f32, specular: f32, strength_left: f32) -> f32 {
     if specular < DIELECTRIC {
         return 0.0;
@@ -43,7 +43,7 @@ mod tests {
 
     #[test]
     fn colours_without_diffuse_become_metals_and_those_with_specular_0_04_dielectrics() {
-        // Nothing but specular is metal of that colour.
+        // Without diffuse colour the material is a metal of the specular colour.
         let gold = Vec3::new(1.0, 0.77, 0.34);
         let converted = convert(Vec3::ZERO, gold);
         assert!(
@@ -58,12 +58,12 @@ mod tests {
 
     #[test]
     fn grey_keeps_its_reflectance_at_normal_incidence_and_its_albedo() {
-        // Grey, so that one share of metal can serve all channels: F0 and the diffuse albedo are those that were asked for.
+        // For grey, one metallic factor serves all channels: F0 and the diffuse albedo match the input.
         for (diffuse, specular) in [(0.5, 0.04), (0.3, 0.2), (0.1, 0.5), (0.9, 0.1)] {
             let Converted { base_color, metallic } = convert(Vec3::splat(diffuse), Vec3::splat(specular));
             let f0 = DIELECTRIC * (1.0 - metallic) + base_color.x * metallic;
             let albedo = base_color.x * (1.0 - metallic) * (1.0 - DIELECTRIC);
-            // The colours of both parts are blended by metallic^2, which is exact only at the ends of its range.
+            // The conversion blends both colours by metallic^2, which is exact only at the ends of its range.
             assert!((f0 - specular).abs() < 0.05, "{diffuse} {specular}: F0 {f0}");
             assert!(
                 (albedo - diffuse * (1.0 - specular)).abs() < 0.05,

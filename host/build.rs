@@ -1,4 +1,5 @@
-//! Tells the host whether the committed SPIR-V still is what the kernels' sources say, and which compiler builds it.
+//! Build script: records whether the committed SPIR-V matches the kernels' sources, the hashes of these sources and of
+//! their interface, and the compiler's version.
 
 #[path = "../kernels/builder/src/fingerprint.rs"]
 mod fingerprint;
@@ -29,7 +30,7 @@ fn main() {
     println!("cargo::rustc-env=CAUSTICS_INTERFACE_HASH={interface}");
     let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let compiler = std::process::Command::new(compiler).arg("--version").output();
-    // Without its date: "rustc 1.95.0".
+    // Leave out the compiler's date: "rustc 1.95.0".
     let compiler = compiler.map_or("unknown compiler".into(), |output| {
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         text.split_whitespace().take(2).collect::<Vec<_>>().join(" ")

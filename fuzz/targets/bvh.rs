@@ -1,4 +1,4 @@
-//! A cached BVH of triangles: whatever the bytes, there is an answer.
+//! Fuzz target: a cached BVH of triangles. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! A checkpoint: whatever the bytes, there is an answer.
+//! Fuzz target: a checkpoint. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

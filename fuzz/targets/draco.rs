@@ -1,4 +1,4 @@
-//! A Draco stream of a primitive: whatever the bytes, there is an answer.
+//! Fuzz target: a Draco stream of a primitive. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! The TOML of edits: whatever the bytes, there is an answer.
+//! Fuzz target: the TOML of edits. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

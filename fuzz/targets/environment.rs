@@ -1,4 +1,4 @@
-//! An environment, Radiance HDR or EXR: whatever the bytes, there is an answer.
+//! Fuzz target: an environment as Radiance HDR or EXR. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

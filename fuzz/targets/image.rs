@@ -1,4 +1,4 @@
-//! An image, EXR or PNG: whatever the bytes, there is an answer.
+//! Fuzz target: an EXR or PNG image. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

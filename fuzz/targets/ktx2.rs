@@ -1,4 +1,4 @@
-//! An image of KTX 2.0: whatever the bytes, there is an answer.
+//! Fuzz target: a KTX 2.0 image. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! A buffer view compressed by meshoptimizer: whatever the bytes, there is an answer.
+//! Fuzz target: a buffer view compressed by meshoptimizer. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

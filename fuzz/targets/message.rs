@@ -1,8 +1,8 @@
-//! Messages of the viewer's page, one a line: whatever the bytes, there is an answer.
+//! Fuzz target: messages of the viewer's page, one message a line. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 
-// The program is no library: what its messages need of it is compiled here.
+// The program is no library: this target compiles the modules of its messages.
 #[allow(dead_code)]
 #[path = "../../host/cli/src/command/view/look.rs"]
 mod look;

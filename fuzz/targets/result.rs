@@ -1,4 +1,4 @@
-//! The JSON of a result: whatever the bytes, there is an answer.
+//! Fuzz target: the JSON of a result. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

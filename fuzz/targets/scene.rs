@@ -1,4 +1,4 @@
-//! A scene, .gltf or .glb: whatever the bytes, there is an answer.
+//! Fuzz target: a .gltf or .glb scene. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

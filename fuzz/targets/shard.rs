@@ -1,4 +1,4 @@
-//! A shard of a run: whatever the bytes, there is an answer.
+//! Fuzz target: a shard of a run. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

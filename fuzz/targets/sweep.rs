@@ -1,4 +1,4 @@
-//! The TOML of a sweep: whatever the bytes, there is an answer.
+//! Fuzz target: the TOML of a sweep. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! An image of WebP: whatever the bytes, there is an answer.
+//! Fuzz target: a WebP image. All bytes must be accepted or refused without a panic.
 
 #![no_main]
 

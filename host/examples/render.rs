@@ -25,7 +25,7 @@ fn main() -> anyhow::Result<()> {
     };
     let mut session = Session::builder(&scene).config(config).build()?;
 
-    // The mean of independent frames, and the variance of that mean.
+    // Average independent frames and estimate the variance of their mean.
     let mut sums = Accumulation::default();
     for frame in 0..4 {
         session.frame(frame)?;

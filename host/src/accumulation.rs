@@ -1,5 +1,5 @@
-//! The mean of frames and the variance of that mean, in f64: from the squares of independent frames, or from the sums of batches
-//! that frames take turns in, which are independent of each other.
+//! Mean of frames and variance of that mean, in f64. The variance comes from the squares of independent frames, or from the
+//! sums of independent batches that frames take turns in.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -8,24 +8,25 @@ use serde::{Deserialize, Serialize};
 use caustics_files::rendered_image::auxiliary::NO_MATERIAL;
 use caustics_files::rendered_image::{Auxiliary, RenderedImage};
 
-/// Batches that the frames of a mean usually take turns in: the fewer, the less noise the mean has, and the more its variance.
+/// Default number of batches. With fewer batches the mean has less noise, and the estimate of its variance has more.
 pub const BATCHES: u32 = 4;
 
-/// Sums of images: [`Accumulation::add`] frames, then take [`Accumulation::mean`] and [`Accumulation::variance`].
+/// Sums of images. The caller adds frames by [`Accumulation::add`] and reads [`Accumulation::mean`] and
+/// [`Accumulation::variance`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accumulation {
-    /// Size of the images, and how many were added.
+    /// Size and layers of the images, and the frames that were added.
     pub shape: Shape,
-    /// Sums of layers: three channels of `path`, three of `caustics`, then `radius`, `depth`, `photons`; the last four
-    /// may be empty.
+    /// Sums of layers: three channels of `path`, three of `caustics`, then `radius`, `depth`, `photons`. The last four may
+    /// be empty.
     sums: [Vec<f64>; 5],
-    /// Of all radiance, three channels: the sums of squares, or the sums of each batch.
+    /// Sums of squares of all radiance, or its sums over each batch; three channels.
     spread: Vec<Vec<f64>>,
-    /// Of what other tools ask, rows of `Shown`.
+    /// Sums of the auxiliary layers: a record of `SHOWN` numbers for each pixel.
     shown: Vec<f64>,
 }
 
-/// Size of the images, and how many were added.
+/// Size and layers of the images, and the frames that were added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
     /// Width (px).
@@ -39,21 +40,21 @@ pub struct Shape {
     pub frames: u32,
     /// Whether the images have caustics and the other layers of a gather.
     pub gathers: bool,
-    /// Batches that frames take turns in, independent of each other; 0: every frame is independent.
+    /// Number of independent batches that frames take turns in; 0 if every frame is independent.
     #[serde(default)]
     pub batches: u32,
-    /// Whether the images have what other tools ask for.
+    /// Whether the images have auxiliary layers.
     #[serde(default)]
     pub auxiliary: bool,
 }
 
 impl Shape {
-    /// Index of the frame behind those that were added.
+    /// Returns the index of the frame behind the last added frame.
     pub fn end(&self) -> u32 {
         self.first.saturating_add(self.frames)
     }
 
-    /// Frames of a batch.
+    /// Returns the number of frames in a batch.
     fn frames_of(&self, batch: usize) -> u32 {
         let before = |frame: u32| (frame + self.batches - 1 - batch as u32) / self.batches;
         before(self.end()) - before(self.first)
@@ -61,12 +62,13 @@ impl Shape {
 }
 
 impl Accumulation {
-    /// None yet, of frames that take turns in so many batches; 0: of independent frames.
+    /// Empty accumulation of frames that take turns in `batches` batches; 0 if every frame is independent.
     pub fn in_batches(batches: u32) -> Accumulation {
         Accumulation::from_frame(0, batches)
     }
 
-    /// None yet, of frames from one of this index on that take turns in so many batches; 0: of independent frames.
+    /// Empty accumulation of frames from index `first` on. They take turns in `batches` batches; 0 if every frame is
+    /// independent.
     pub fn from_frame(first: u32, batches: u32) -> Accumulation {
         Accumulation { shape: Shape { first, batches, ..Shape::default() }, ..Accumulation::default() }
     }
@@ -75,7 +77,7 @@ impl Accumulation {
     ///
     /// # Panics
     ///
-    /// If it has another size or other layers than those before.
+    /// If the image has another size or other layers than those before.
     pub fn add(&mut self, image: &RenderedImage) {
         let gathers = !image.caustics.is_empty();
         let auxiliary = !image.auxiliary.is_empty();
@@ -108,11 +110,11 @@ impl Accumulation {
             .for_each(|(pixel, record)| show(record, &image.auxiliary, pixel));
     }
 
-    /// Adds the sums of the frames that follow.
+    /// Adds the sums of the frames that follow directly.
     ///
     /// # Panics
     ///
-    /// If those are of another size, have other layers, or do not follow.
+    /// If the sums have another size or other layers, or do not follow directly.
     pub fn append(&mut self, next: &Accumulation) {
         let shape = Shape { first: self.shape.end(), frames: next.shape.frames, ..self.shape };
         assert_eq!(next.shape, shape, "frames of one kind follow each other");
@@ -133,7 +135,7 @@ impl Accumulation {
         self.shape.frames
     }
 
-    /// The mean of all images added, layer by layer.
+    /// Returns the mean of all images, layer by layer.
     pub fn mean(&self) -> RenderedImage {
         let scale = 1.0 / f64::from(self.shape.frames.max(1));
         let number = |sum: f64| (sum * scale) as f32;
@@ -155,7 +157,8 @@ impl Accumulation {
         }
     }
 
-    /// The means of what other tools ask, over the frames in which a pixel shows something; the first material.
+    /// Returns the means of the auxiliary layers over the frames in which a pixel has a collection point, and its first
+    /// material.
     fn shown(&self) -> Auxiliary {
         let mut auxiliary = Auxiliary::default();
         for record in self.shown.chunks(SHOWN) {
@@ -172,7 +175,7 @@ impl Accumulation {
         auxiliary
     }
 
-    /// Estimated variance of the mean of all radiance in each pixel; `None` for fewer than two frames.
+    /// Estimates the variance of the mean of all radiance in each pixel. `None` for fewer than two frames.
     pub fn variance(&self) -> Option<Vec<Vec3>> {
         if self.shape.frames < 2 {
             return None;
@@ -181,8 +184,8 @@ impl Accumulation {
         Some(bytemuck::cast_slice(&channels).to_vec())
     }
 
-    /// Estimated relative mean square error of the mean, as `metric::relmse` defines it, with the mean in place of the
-    /// reference and its variance in place of its squared error. Infinite for fewer than two frames.
+    /// Estimates the relative mean square error of the mean. See `metric::relmse`: the mean stands for the reference, its
+    /// variance for the squared error. Infinite for fewer than two frames.
     pub fn relative_error(&self) -> f64 {
         if self.shape.frames < 2 {
             return f64::INFINITY;
@@ -193,7 +196,7 @@ impl Accumulation {
         self.moments().map(|(mean, variance)| variance / (mean * mean + floor)).sum::<f64>() / count
     }
 
-    /// Mean of all radiance and variance of that mean, channel by channel, of two frames or more.
+    /// Returns the mean of all radiance and the variance of that mean, channel by channel. Needs two frames or more.
     fn moments(&self) -> impl Iterator<Item = (f64, f64)> {
         let shape = self.shape;
         let n = f64::from(shape.frames);
@@ -202,7 +205,7 @@ impl Accumulation {
                 // Rounding may leave a constant pixel a little below zero.
                 return (mean, (self.spread[0][i] / n - mean * mean).max(0.0) / (n - 1.0));
             }
-            // Batches as long as each other; one that is a frame longer has that much more weight.
+            // Weight each batch by its number of frames, since some may have one frame more.
             let batches =
                 self.spread.iter().enumerate().map(|(batch, sums)| (shape.frames_of(batch), sums[i]));
             let square =
@@ -212,7 +215,7 @@ impl Accumulation {
         })
     }
 
-    /// Means of all radiance, channel by channel.
+    /// Returns the means of all radiance, channel by channel.
     fn beauty(&self) -> impl Iterator<Item = f64> {
         let [path, caustics, ..] = &self.sums;
         let scale = 1.0 / f64::from(self.shape.frames.max(1));
@@ -220,17 +223,18 @@ impl Accumulation {
         path.iter().enumerate().map(move |(i, path)| (path + caustic(i)) * scale)
     }
 
-    /// All sums as slices of numbers, in the order that [`Accumulation::from_values`] takes them: for a checkpoint.
+    /// Returns all sums as slices of numbers for a checkpoint, in the order of [`Accumulation::from_values`].
     pub fn parts(&self) -> impl Iterator<Item = &[f64]> {
         self.sums.iter().chain(&self.spread).chain([&self.shown]).map(Vec::as_slice)
     }
 
-    /// Sums of this shape from numbers in the order of [`Accumulation::parts`]; `None` if there are more or fewer than it has.
+    /// Restores sums of this shape from numbers in the order of [`Accumulation::parts`]. `None` if the number of values is
+    /// wrong.
     pub fn from_values(shape: Shape, mut values: impl ExactSizeIterator<Item = f64>) -> Option<Accumulation> {
         let of_spread = 3usize.checked_mul(shape.batches.max(1) as usize)?;
         let of_layers = if shape.gathers { 9 } else { 3 } + if shape.auxiliary { SHOWN } else { 0 };
         let per_pixel = of_spread.checked_add(of_layers)?;
-        // Compared before memory is asked for.
+        // Compare the count before allocating.
         let count = shape.width.checked_mul(shape.height)?.checked_mul(per_pixel)?;
         if values.len() != count {
             return None;
@@ -242,25 +246,25 @@ impl Accumulation {
         Some(sums)
     }
 
-    /// Sums of this shape, at zero.
+    /// Sums of this shape, all zero.
     fn zero(shape: Shape) -> Accumulation {
         let pixels = shape.width * shape.height;
         let split = if shape.gathers { pixels } else { 0 };
         let sums = [3 * pixels, 3 * split, split, split, split].map(|count| vec![0.0; count]);
-        // Each by itself: a clone would be memory that is touched before any frame is.
+        // Allocate each batch by itself: cloning would write to the memory before the first frame does.
         let spread = (0..shape.batches.max(1)).map(|_| vec![0.0; 3 * pixels]).collect();
         let shown = vec![0.0; if shape.auxiliary { SHOWN * pixels } else { 0 }];
         Accumulation { shape, sums, spread, shown }
     }
 }
 
-/// Numbers that are kept of what a pixel shows: the frames in which it shows something; of these the sums of normal, albedo,
-/// position, depth and motion; the first material.
+/// Numbers of a pixel's auxiliary record. The first counts the frames with a collection point. Sums over these frames
+/// follow: normal, albedo, position, depth, motion. The last is the first frame's material.
 const SHOWN: usize = 14;
-/// Which of them the material is.
+/// Index of the material in the record.
 const MATERIAL: usize = 13;
 
-/// Adds what a pixel shows.
+/// Adds the auxiliary layers of a pixel to its record.
 fn show(record: &mut [f64], auxiliary: &Auxiliary, pixel: usize) {
     if auxiliary.depth[pixel] <= 0.0 {
         return;
@@ -300,21 +304,21 @@ mod tests {
             sums.add(&image(path, caustics));
         }
         assert_eq!(sums.mean(), image(2.0, 1.0));
-        // 1, 3, 5: variance 4 of one, 4 / 3 of the mean.
+        // Values 1, 3, 5: the variance of one is 4, the variance of the mean 4 / 3.
         assert!((sums.variance().unwrap()[0].x - 4.0 / 3.0).abs() < 1e-6);
         assert!((sums.relative_error() - 4.0 / 3.0 / 9.09).abs() < 1e-6);
     }
 
     #[test]
-    fn the_variance_of_batches_is_that_between_them() {
+    fn variance_comes_from_the_differences_between_batches() {
         let mut sums = Accumulation::in_batches(2);
         for path in [1.0, 4.0, 3.0, 6.0] {
             sums.add(&image(path, 0.0));
         }
-        // Batches of mean 2 and 5: variance 4.5 of one, half of that of their mean.
+        // Batches of mean 2 and 5: the variance of one is 4.5, the variance of their mean half of that.
         assert!((sums.variance().unwrap()[0].x - 2.25).abs() < 1e-6);
         assert_eq!(sums.mean().path[0].x, 3.5);
-        // As few frames as batches, or fewer, are independent.
+        // With at most as many frames as batches, the estimate is that of independent frames.
         let (mut few, mut independent) = (Accumulation::in_batches(4), Accumulation::default());
         for path in [1.0, 2.0, 6.0] {
             few.add(&image(path, 0.0));
@@ -323,7 +327,7 @@ mod tests {
         assert!((few.variance().unwrap()[0].x - independent.variance().unwrap()[0].x).abs() < 1e-6);
         let values: Vec<f64> = sums.parts().flatten().copied().collect();
         assert_eq!(Accumulation::from_values(sums.shape, values.into_iter()), Some(sums));
-        // Frames 1 to 3 of two batches: 3, and 4 and 6, whose mean is 13 / 3.
+        // Frames 1 to 3 in two batches: 3 in one, 4 and 6 in the other, with a mean of 13 / 3.
         let mut part = Accumulation::from_frame(1, 2);
         for path in [4.0, 3.0, 6.0] {
             part.add(&image(path, 0.0));
@@ -334,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn what_pixels_show_is_the_mean_of_the_frames_that_show_something_and_the_first_material() {
+    fn auxiliary_layers_are_means_over_frames_with_a_point_and_the_first_material() {
         let mut sums = Accumulation::default();
         for (depth, material) in [(0.0, NO_MATERIAL), (2.0, 7.0), (4.0, 1.0)] {
             let is_there = if depth > 0.0 { 1.0 } else { 0.0 };
@@ -358,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_a_run_add_up_to_it() {
+    fn appended_parts_of_a_run_equal_the_whole_run() {
         let frame = |index: u32| RenderedImage {
             auxiliary: Auxiliary {
                 normal: vec![Vec3::Y],
@@ -387,7 +391,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "follow each other")]
-    fn parts_with_a_gap_do_not_add_up() {
+    fn appending_frames_behind_a_gap_panics() {
         let mut sums = Accumulation::default();
         sums.add(&image(1.0, 0.0));
         let mut next = Accumulation::from_frame(2, 0);
@@ -397,7 +401,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "images of one kind")]
-    fn pictures_of_two_methods_do_not_mix() {
+    fn adding_images_of_two_methods_panics() {
         let mut sums = Accumulation::default();
         sums.add(&image(1.0, 1.0));
         sums.add(&RenderedImage {

@@ -1,4 +1,4 @@
-//! A session by what differs from the usual.
+//! Builder of sessions.
 
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::interface::features::Features;
@@ -8,15 +8,18 @@ use crate::render_config::RenderConfig;
 use crate::session::{RunnerChoice, Session, SessionError};
 use caustics_scene::Scene;
 
-/// Describes a [`Session`]: what is not said is as on the command line, on the CPU.
+/// Builder of a [`Session`]. Its defaults are those of the command line, with the runner on the CPU.
 ///
 /// ```no_run
 /// # fn main() -> anyhow::Result<()> {
 /// use caustics::{Paths, RenderConfig, Scene, Session, method};
 ///
 /// let scene = Scene::load(std::path::Path::new("scenes/mirror-room/scene.gltf"))?;
+/// // Set the size of the image and the number of light paths.
 /// let config = RenderConfig { width: 480, height: 270, light_paths: Paths::Count(1 << 18), ..RenderConfig::default() };
+/// // Open the runner and allocate the buffers.
 /// let mut session = Session::builder(&scene).config(config).method(&method::PROGRESSIVE).build()?;
+/// // Render the first frame.
 /// session.frame(0)?;
 /// let image = session.image()?;
 /// assert_eq!(image.beauty().len(), 480 * 270);
@@ -36,7 +39,7 @@ pub struct SessionBuilder<'a> {
 }
 
 impl Session {
-    /// Starts to describe a session that renders this scene: method `basic`, all cores of the CPU, the scene's first camera.
+    /// Starts a builder for this scene. Defaults: method `basic`, all cores of the CPU, the scene's first camera.
     pub fn builder(scene: &Scene) -> SessionBuilder<'_> {
         SessionBuilder {
             scene,
@@ -51,33 +54,33 @@ impl Session {
 }
 
 impl SessionBuilder<'_> {
-    /// Looks through the camera of this name instead of the first.
+    /// Selects the camera of this name instead of the first.
     pub fn camera(self, name: &str) -> Self {
         Self { camera: Some(name.into()), ..self }
     }
 
-    /// Runs the kernels there instead of on the CPU.
+    /// Selects the runner instead of the CPU.
     pub fn runner(self, runner: RunnerChoice) -> Self {
         Self { runner, ..self }
     }
 
-    /// Renders with this configuration: size, method, light paths, history, denoiser and more.
+    /// Sets the configuration: size, method, light paths, history, denoiser and more.
     pub fn config(self, config: RenderConfig) -> Self {
         Self { config, ..self }
     }
 
-    /// Renders by this method instead of the configuration's.
+    /// Selects this method instead of the configuration's.
     pub fn method(self, method: &'static Method) -> Self {
         Self { method: Some(method), ..self }
     }
 
-    /// Brings photons and collection points together in this way instead of the runner's usual one; the image is the same.
+    /// Selects this gather instead of the runner's default. All gathers give the same image.
     pub fn gather(self, gather: &'static Variant) -> Self {
         Self { gather: Some(gather), ..self }
     }
 
-    /// Compiles in this kernel code instead of what the scene needs. Code that the scene needs and that is left out makes
-    /// the image wrong; `Features::LEDGER` in addition to `Scene::features` fills [`Session::energy`].
+    /// Selects the code that is compiled into the kernels. The default is the code that the scene needs; without some of it
+    /// the image is wrong. `Features::LEDGER` in addition to `Scene::features` fills [`Session::energy`].
     pub fn features(self, features: Features) -> Self {
         Self { features: Some(features), ..self }
     }
@@ -86,8 +89,9 @@ impl SessionBuilder<'_> {
     ///
     /// # Errors
     ///
-    /// If the scene has no such camera, no suitable Vulkan device is there, the gather needs ray queries that the runner
-    /// does not have, or a frame does not fit into memory.
+    /// - If the scene has no such camera, or there is no suitable Vulkan device.
+    /// - If the gather needs ray queries and the runner has none.
+    /// - If a frame does not fit into memory.
     pub fn build(self) -> Result<Session, SessionError> {
         let camera = self.scene.camera(self.camera.as_deref())?;
         let method = self.method.unwrap_or(self.config.method);

@@ -1,7 +1,8 @@
 //! Checkpoints: an accumulation on disk, from which a run resumes to the same bits.
 //!
-//! A sealed file: what the run is, shape and seconds spent, then the sums as little-endian f64, and what the last frame leaves
-//! to the next. A shard of a run leaves such a file, in which the sums of its frames are whole.
+//! A checkpoint is a sealed file. Its head holds the run's identity, the shape and the seconds spent. Its payload holds the
+//! sums as little-endian f64 and the buffers that outlive a frame.
+//! A shard of a run leaves a checkpoint in which the sums of its frames are complete.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -18,102 +19,102 @@ use caustics_files::memory;
 use caustics_files::output::target::{Target, TargetError};
 use caustics_files::sealed::{self, Unusable};
 
-/// What a run is: all that decides its bits, by name.
+/// Identity of a run: everything that decides its bits, by name.
 pub type Identity = BTreeMap<String, String>;
 
-/// Kind of the file.
+/// Kind of the sealed file.
 pub(crate) const KIND: &str = "checkpoint";
-/// Numbers that are written at a time.
+/// Number of values that are written at a time.
 const WRITTEN: usize = 1 << 16;
-/// Most frames that a checkpoint is believed to hold: the rest of 32 bits is for those that follow.
+/// Maximum number of frames in a checkpoint. The rest of 32 bits is for the frames that follow.
 const MAX_FRAMES: u32 = 1 << 31;
-/// Longest time that it is believed to have taken (s).
+/// Maximum time that a checkpoint may claim (s).
 const MAX_SECONDS: f64 = 1e10;
 
-/// Why a checkpoint cannot be used.
+/// Error of reading or writing a checkpoint.
 #[derive(Debug, Error)]
 pub enum CheckpointError {
-    /// There is none.
+    /// The checkpoint does not exist.
     #[error("--resume: there is no {}; leave --resume out to begin", .0.display())]
     Missing(PathBuf),
-    /// The system cannot read it.
+    /// The system cannot read the checkpoint.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The checkpoint.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// It cannot be written.
+    /// The checkpoint cannot be written.
     #[error("{0}")]
     Write(#[from] TargetError),
-    /// Its head cannot be written as JSON.
+    /// The head cannot be written as JSON.
     #[error("{0}")]
     Head(#[from] serde_json::Error),
-    /// It is damaged, or another version's.
+    /// The checkpoint is damaged, or another version wrote it.
     #[error("{} {why}", path.display())]
     Unusable {
         /// The checkpoint.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         why: Unusable,
     },
-    /// It belongs to another run.
+    /// The checkpoint belongs to another run.
     #[error("{} belongs to another run: its {name} is {theirs:?}, not {ours:?}", path.display())]
     Other {
         /// The checkpoint.
         path: PathBuf,
-        /// What differs.
+        /// Name of the first value that differs.
         name: String,
-        /// In the checkpoint.
+        /// Value in the checkpoint.
         theirs: String,
-        /// In this run.
+        /// Value in this run.
         ours: String,
     },
 }
 
-/// What a checkpoint says before its sums.
+/// Head of a checkpoint: everything before its sums.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Head {
-    /// What the run is.
+    /// Identity of the run.
     pub identity: Identity,
     /// Shape of the sums.
     pub shape: Shape,
-    /// The time that they took (s).
+    /// Time that the sums took (s).
     pub seconds: f64,
-    /// What the file of the image says of it.
+    /// Attributes for the header of the image's file.
     #[serde(default)]
     pub about: BTreeMap<String, String>,
-    /// Buffers in which something outlives its frame, with their sizes (bytes).
+    /// Names and sizes of the buffers that outlive a frame (bytes).
     #[serde(default)]
     state: Vec<(String, usize)>,
 }
 
-/// What a run goes on from.
+/// State from which a run resumes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checkpoint {
-    /// The sums of its frames.
+    /// Sums of its frames.
     pub sums: Accumulation,
-    /// The time that they took.
+    /// Time that the sums took.
     pub spent: Duration,
-    /// What the file of the image says of it.
+    /// Attributes for the header of the image's file.
     pub about: BTreeMap<String, String>,
-    /// What the last frame leaves to the next: buffers by name, see `Session::state`.
+    /// Buffers of the last frame that the next one reads, by name; see `Session::state`.
     pub state: Vec<(String, Vec<u8>)>,
 }
 
-/// The checkpoint that belongs to an output file.
+/// Returns the path of the checkpoint of an output file.
 pub fn path_of(output: &Path) -> PathBuf {
     let mut name = OsString::from(output.as_os_str());
     name.push(".checkpoint");
     PathBuf::from(name)
 }
 
-/// Writes a checkpoint; an older one is replaced at once, or stays whole.
+/// Writes a checkpoint. An older one is replaced in one step, or stays whole.
 ///
 /// # Errors
 ///
-/// If its folder cannot be written.
+/// If the checkpoint's folder cannot be written.
 pub fn save(path: &Path, identity: &Identity, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
     let Checkpoint { sums, spent, about, state } = checkpoint;
     let head = Head {
@@ -135,18 +136,18 @@ pub fn save(path: &Path, identity: &Identity, checkpoint: &Checkpoint) -> Result
     })?)
 }
 
-/// In what two runs differ.
+/// Difference of two runs' identities.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// What differs.
+    /// Name of the value.
     pub name: String,
-    /// In the other run; empty where it has none.
+    /// Value in the other run; empty where it has none.
     pub theirs: String,
-    /// In this run.
+    /// Value in this run.
     pub ours: String,
 }
 
-/// The first that differs, by name.
+/// Returns the first difference by name.
 pub fn difference(ours: &Identity, theirs: &Identity) -> Option<Difference> {
     let names: std::collections::BTreeSet<_> = ours.keys().chain(theirs.keys()).collect();
     let value = |identity: &Identity, name| identity.get(name).cloned().unwrap_or_default();
@@ -158,18 +159,18 @@ pub fn difference(ours: &Identity, theirs: &Identity) -> Option<Difference> {
     pairs.find(|pair| pair.ours != pair.theirs)
 }
 
-/// Reads what a checkpoint says before its sums; whether those are whole, [`load`] says.
+/// Reads the head of a checkpoint. [`load`] checks the sums.
 ///
 /// # Errors
 ///
-/// If the file cannot be read, or is no checkpoint of this version of the program.
+/// If the file cannot be read, or is not a checkpoint of this version of the program.
 pub fn head(path: &Path) -> Result<Head, CheckpointError> {
     let fail = |source| CheckpointError::Read { path: path.into(), source };
     let head = sealed::head(KIND, file::open(path).map_err(fail)?).map_err(fail)?;
     head.map_err(|why| CheckpointError::Unusable { path: path.into(), why })
 }
 
-/// Reads a checkpoint of the run that this identity names, whose sums have this shape but for their frames.
+/// Reads a checkpoint of the run with this identity. Its sums must have this shape, with any number of frames.
 pub fn load(path: &Path, identity: &Identity, shape: Shape) -> Result<Checkpoint, CheckpointError> {
     let bytes = read_file(path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => CheckpointError::Missing(path.into()),
@@ -187,7 +188,7 @@ pub fn parse(
 ) -> Result<Checkpoint, CheckpointError> {
     let unusable = |why| CheckpointError::Unusable { path: path.into(), why };
     let damaged = |what: &str| unusable(Unusable::damaged(what));
-    // Its sums are read once more, as numbers.
+    // The sums are copied once more, as numbers.
     memory::check(bytes.len() as u64).map_err(|short| unusable(Unusable::Memory(short)))?;
     let (head, payload) = sealed::open::<Head>(KIND, bytes).map_err(unusable)?;
     if let Some(Difference { name, theirs, ours }) = difference(identity, &head.identity) {
@@ -202,7 +203,7 @@ pub fn parse(
     {
         return Err(damaged("no run has its number of frames or seconds"));
     }
-    // From behind: the buffers, then the sums.
+    // Split off the buffers from the end; the sums remain.
     let mut payload = payload;
     let mut state = Vec::with_capacity(buffers.len());
     for (name, size) in buffers.into_iter().rev() {
@@ -239,12 +240,12 @@ mod tests {
         Identity::from([("seed".into(), seed.into())])
     }
 
-    /// That of the sums, whatever their frames.
+    /// Shape of the sums, without their frames.
     const SHAPE: Shape =
         Shape { width: 3, height: 2, first: 0, frames: 0, gathers: false, batches: 0, auxiliary: false };
 
     #[test]
-    fn what_is_saved_is_loaded() {
+    fn loading_a_saved_checkpoint_returns_it_unchanged() {
         let folder = tempfile::tempdir().unwrap();
         let path = path_of(&folder.path().join("a.exr"));
         let state = vec![("map".to_string(), vec![1, 2, 3]), ("nothing".to_string(), vec![])];
@@ -276,7 +277,7 @@ mod tests {
         }
     }
 
-    /// A file whose checksum is right and whose head is not.
+    /// The checksums of these files are right, and their heads are not.
     #[test]
     fn crafted_heads_are_refused() {
         let error = |shape: Shape, seconds: f64, values: usize| {
@@ -288,7 +289,7 @@ mod tests {
             parse(Path::new("a"), &bytes, &identity("1"), SHAPE).map(drop)
         };
         let fine = Shape { frames: 1, ..SHAPE };
-        // Beyond 100: with one buffer of 48 bytes, or with one besides that no file has.
+        // Above 100 values, the head has one buffer of 48 bytes, or also one that no file can hold.
         assert!(error(fine, 1.0, 36).is_ok() && error(fine, 1.0, 101).is_ok());
         for (shape, seconds, values) in [
             (Shape { width: 2, height: 3, ..fine }, 1.0, 36),
@@ -310,7 +311,7 @@ mod tests {
                 "{shape:?}"
             );
         }
-        // Sums that no image adds up to
+        // Refuse sums that are not finite.
         for bits in
             [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].map(f64::to_bits).into_iter().chain([u64::MAX])
         {

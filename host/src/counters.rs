@@ -1,41 +1,41 @@
-//! What the kernels counted in a frame.
+//! Counters of a frame, from the kernels.
 
 use std::collections::BTreeMap;
 
 use caustics_kernels::interface::counters::{COUNTER_NAMES, Counter};
 
-/// Light paths that make a photon, at least one in so many: at the default of 2^20 a frame has a hundred then, a noise of
-/// 10 % even where one pixel takes them all.
+/// Number of light paths per photon above which caustics starve. At the default of 2^20 light paths a frame has a hundred
+/// photons then. This is a noise of 10 % even where one pixel takes all of them.
 const PATHS_PER_PHOTON: u64 = 10_000;
-/// Fewer light paths may miss at random.
+/// Number of light paths below which too few photons may be a random event.
 const STARVING_PATHS: u64 = 1 << 16;
 
-/// What the kernels counted.
+/// Counters of one or more frames, by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(transparent)]
 pub struct Counters(BTreeMap<&'static str, u64>);
 
 impl Counters {
-    /// The counters in the words of the buffer `counters`.
+    /// Reads the counters from the words of the buffer `counters`.
     pub fn from_words(words: &[u32]) -> Counters {
         let value = |slot: Counter| words.get(slot as usize).copied().unwrap_or(0);
         Counters(COUNTER_NAMES.iter().map(|&(slot, name)| (name, u64::from(value(slot)))).collect())
     }
 
-    /// One counter.
+    /// Returns the value of a counter.
     pub fn get(&self, counter: Counter) -> u64 {
         let name = COUNTER_NAMES.iter().find(|(slot, _)| *slot == counter).map(|(_, name)| *name);
         name.and_then(|name| self.0.get(name).copied()).unwrap_or(0)
     }
 
-    /// Adds another frame's.
+    /// Adds the counters of another frame.
     pub fn add(&mut self, other: &Counters) {
         for (name, value) in &other.0 {
             *self.0.entry(name).or_default() += value;
         }
     }
 
-    /// What a person should be warned of.
+    /// Returns warnings for the user.
     pub fn warnings(&self) -> Vec<String> {
         let faults = [
             (Counter::PhotonsDropped, "photons found no room and are missing"),
@@ -53,8 +53,8 @@ impl Counters {
         faults.chain(self.starvation()).collect()
     }
 
-    /// Caustics of which too little is found: casters, receivers and lights are there, but hardly a light path goes from one
-    /// to the other.
+    /// Returns a warning if caustics starve: casters, receivers and lights exist, but too few light paths reach a receiver
+    /// through a caster.
     fn starvation(&self) -> Option<String> {
         let (paths, photons) = (self.get(Counter::LightPaths), self.get(Counter::Photons));
         let starves = paths >= STARVING_PATHS && photons * PATHS_PER_PHOTON < paths;
@@ -67,8 +67,8 @@ impl Counters {
         })
     }
 
-    /// Up to which value a counter gives no warning. At an edge a path leaves a solid beside the face that it should meet:
-    /// rounding, for one ray in a hundred thousand.
+    /// Returns the maximum value of a counter without a warning. For one ray in a hundred thousand, rounding at an edge
+    /// lets a path leave a solid beside the face that it should meet.
     fn tolerated(&self, counter: Counter) -> u64 {
         if counter != Counter::UnexpectedFaces {
             return 0;

@@ -1,28 +1,28 @@
-//! The energy ledger of frames: where the flux of the light paths went.
+//! Energy ledger of frames: the fate of the light paths' flux.
 
 use caustics_kernels::interface::ledger::{Entry, LEDGER_BANKS, slot};
 
-/// Flux by fate, summed over channels (W). What was emitted is the sum of the others but for the noise of sampling.
+/// Flux by fate, summed over channels (W). Up to sampling noise, the emitted flux is the sum of all others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct EnergyLedger {
-    /// Left the lights.
+    /// Emitted by the lights.
     pub emitted: f64,
     /// Absorbed by surfaces and media.
     pub absorbed: f64,
-    /// Left the scene.
+    /// Escaped from the scene.
     pub escaped: f64,
-    /// Under way where paths were cut by their length.
+    /// Carried by paths at the maximum path length.
     pub cut: f64,
-    /// Lost (negative: gained) where shading normals are not the faces'.
+    /// Lost (negative: gained) where shading normals differ from face normals.
     pub shading_normals: f64,
-    /// Scattered at a first surface by lobes whose light the camera finds.
+    /// Scattered at a first surface by lobes whose light belongs to the camera paths.
     pub left_to_camera: f64,
     /// (emitted - all others) / emitted; 0 where nothing was emitted.
     pub residual: f64,
 }
 
 impl EnergyLedger {
-    /// The ledger in the words of the buffer `counters`.
+    /// Reads the ledger from the words of the buffer `counters`. `quantum` is the quantum of the accumulator.
     pub fn from_words(words: &[u32], quantum: f32) -> EnergyLedger {
         let sum = |entry| -> f64 {
             let banks = (0..LEDGER_BANKS).map(|bank| {
@@ -43,7 +43,7 @@ impl EnergyLedger {
         .balanced()
     }
 
-    /// The sum of two.
+    /// Returns the sum of two ledgers.
     pub fn plus(self, other: EnergyLedger) -> EnergyLedger {
         EnergyLedger {
             emitted: self.emitted + other.emitted,
@@ -57,7 +57,7 @@ impl EnergyLedger {
         .balanced()
     }
 
-    /// All flux of the ledger times a factor.
+    /// Returns the ledger with all flux multiplied by a factor.
     pub fn times(self, scale: f64) -> EnergyLedger {
         EnergyLedger {
             emitted: self.emitted * scale,

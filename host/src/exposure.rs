@@ -1,4 +1,4 @@
-//! The exposure at which an image is looked at.
+//! Exposure of an image for display.
 
 use std::str::FromStr;
 
@@ -6,12 +6,12 @@ use glam::DVec3;
 
 use caustics_files::rendered_image::RenderedImage;
 
-/// An exposure as a person gives it.
+/// Exposure setting of a user.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// What suits the image.
+    /// Exposure chosen by the image's luminance.
     Auto,
-    /// So many stops.
+    /// Fixed number of stops.
     Stops(f64),
 }
 
@@ -28,12 +28,12 @@ impl FromStr for Exposure {
 }
 
 impl Exposure {
-    /// The stops for an image.
+    /// Returns the stops for an image.
     pub fn stops_for(self, image: &RenderedImage) -> f64 {
         self.stops(image.beauty().iter().map(|color| color.as_dvec3()))
     }
 
-    /// The stops for an image of these radiances.
+    /// Returns the stops for an image of these radiances (W m^-2 sr^-1).
     pub fn stops(self, radiance: impl Iterator<Item = DVec3>) -> f64 {
         match self {
             Exposure::Auto => automatic(radiance),
@@ -42,13 +42,15 @@ impl Exposure {
     }
 }
 
-/// What the logarithmic mean of an image is brought to, if that does not bring a twentieth of it beyond a light grey.
+/// Target of the logarithmic mean, unless more than a twentieth of the pixels would then exceed [`LIGHT_GREY`].
 const MIDDLE_GREY: f64 = 0.18;
-/// Shown at seven tenths of white; caustics and lamps are above it.
+/// Maximum of the darkest 95 % of the pixels. A display shows it at seven tenths of white; caustics and lights are above
+/// it.
 const LIGHT_GREY: f64 = 0.3;
 
-/// The stops that bring the logarithmic mean of all luminance to a middle grey, or, if that is less, the luminance that a twentieth of
-/// the pixels exceeds to a light grey; in steps of a tenth. Black pixels do not count; 0 where all are black.
+/// Returns the automatic exposure in steps of a tenth. It brings the logarithmic mean of all luminance to [`MIDDLE_GREY`].
+/// The exposure is lower if a twentieth of the pixels would exceed [`LIGHT_GREY`].
+/// Black pixels do not count; 0 if all pixels are black.
 fn automatic(radiance: impl Iterator<Item = DVec3>) -> f64 {
     let luminance = |color: DVec3| color.dot(DVec3::new(0.2126, 0.7152, 0.0722));
     let mut seen: Vec<f64> =
@@ -72,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_picture_is_middle_grey_and_scales_as_light_does() {
+    fn an_even_image_is_middle_grey_at_any_scale() {
         assert_eq!(grey(&[0.18; 40]), 0.0);
         assert_eq!(grey(&[0.18 * 8.0; 40]), -3.0);
         assert_eq!(grey(&[0.0; 40]), 0.0);
@@ -80,10 +82,10 @@ mod tests {
     }
 
     #[test]
-    fn what_is_bright_stays_below_white_and_a_lamp_decides_nothing() {
-        // A tenth of the image 64 times brighter than the rest.
+    fn bright_areas_stay_below_white_and_a_small_light_has_little_effect() {
+        // A tenth of the image is 64 times brighter than the rest.
         let image = [[0.01; 18], [0.64; 18]].concat();
-        assert_eq!(grey(&image[..20]), -1.1, "the brightest twentieth at 0.3");
+        assert_eq!(grey(&image[..20]), -1.1, "the brightest twentieth begins at 0.3");
         let light = [[0.18; 39].to_vec(), vec![1e6]].concat();
         assert!((-0.6..=0.0).contains(&grey(&light)), "{}", grey(&light));
     }

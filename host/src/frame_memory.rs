@@ -1,4 +1,4 @@
-//! What a session takes of the host's memory, estimated before any of it is asked for.
+//! Memory that a session takes on the host, estimated before any allocation.
 
 use thiserror::Error;
 
@@ -11,13 +11,14 @@ use caustics_kernels::method::Method;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::frame::frame_buffers;
 
-/// Memory of a pixel beside the buffers (bytes): sums in f64 (72) and those of four batches (96), an image (44) as it is read,
-/// as a mean, with its variance (12) and as an EXR (60): what is there at once, with room to spare.
+/// Memory of a pixel beside the buffers (bytes): the largest set that exists at one time, rounded up. Sums in f64 take 72,
+/// and sums of four batches 96. An image takes 44 as read or as a mean, its variance 12, and an EXR file 60.
 const IMAGE_BYTES: u64 = 300;
-/// The same of what other tools ask: sums in f64 (112), and layers (52) as they are read, as means, and as an EXR.
+/// Memory of a pixel's auxiliary layers (bytes), rounded up: sums in f64 (112), and layers as read, as means and as an EXR
+/// file (52).
 const AUXILIARY_BYTES: u64 = 300;
 
-/// More than is there.
+/// Error: a frame takes more memory than is available.
 #[derive(Debug, Error)]
 #[error(
     "the frame would take {} of memory ({} for --width {width} and --height {height}, {} for --light-paths {light_paths}, \
@@ -30,11 +31,11 @@ pub struct FrameTooLarge {
     width: u32,
     height: u32,
     light_paths: u32,
-    /// What takes most.
+    /// Flag that lowers the largest part.
     flag: &'static str,
 }
 
-/// Memory of a session by what decides it (bytes).
+/// Estimated memory of a session by the settings that determine it (bytes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Need {
     /// Buffers and images.
@@ -46,7 +47,7 @@ pub struct Need {
 }
 
 impl Need {
-    /// What frames of these settings need. A GPU has its buffers in memory of its own.
+    /// Estimates the memory of frames of these settings. On a GPU, the buffers are not in the host's memory.
     pub fn for_frame(method: &Method, parts: Parts, largest: FrameParams, tables: u64, on_gpu: bool) -> Need {
         let bytes = |params: FrameParams| -> u64 {
             let buffers = frame_buffers(method, parts, &params);
@@ -57,7 +58,7 @@ impl Need {
             FrameParams { light_path_count: 0, light_path_batch: 0, validation_path_count: 0, ..largest };
         let dark = bytes(dark).min(all);
         let per_pixel = IMAGE_BYTES + if parts.stages.has(&AUXILIARY_LAYERS) { AUXILIARY_BYTES } else { 0 };
-        // Images are of the film, buffers of a tile of it.
+        // Images have the size of the film, buffers the size of a tile.
         let Window { film_width, film_height, .. } = largest.window;
         let images = per_pixel * u64::from(film_width) * u64::from(film_height);
         match on_gpu {
@@ -70,7 +71,7 @@ impl Need {
         self.pixels.saturating_add(self.light_paths).saturating_add(self.scene)
     }
 
-    /// Refuses what is more than `available`; the message names the flag that lowers most of it.
+    /// Refuses a need above `available`. The message names the flag that lowers the largest part.
     fn check(self, available: u64, config: &RenderConfig) -> Result<(), FrameTooLarge> {
         if self.sum() <= available {
             return Ok(());
@@ -85,11 +86,11 @@ impl Need {
         Err(FrameTooLarge { need: self, available, width, height, light_paths, flag })
     }
 
-    /// Refuses what takes more memory than there is; where the system does not say, all is let through.
+    /// Refuses a need above the available memory. All needs pass where the system does not report it.
     ///
     /// # Errors
     ///
-    /// If it is too much; the error names the flag that lowers it most.
+    /// If the need exceeds the available memory. The error names the flag that lowers the largest part.
     pub fn check_available(self, config: &RenderConfig) -> Result<(), FrameTooLarge> {
         memory::available().map_or(Ok(()), |available| self.check(available, config))
     }
@@ -117,21 +118,21 @@ mod tests {
     }
 
     #[test]
-    fn needs_grow_with_what_decides_them() {
+    fn needs_grow_with_pixels_and_light_paths() {
         let (one, wide, many) = (need(100, 100, 1000), need(200, 100, 1000), need(100, 100, 2000));
-        // Counters and cells aside.
+        // The ratio is not exactly 2: counters and grid cells do not grow with the width.
         let ratio = wide.pixels as f64 / one.pixels as f64;
         assert!((ratio - 2.0).abs() < 0.01, "{ratio}");
         assert_eq!(wide.light_paths, one.light_paths);
-        // A geometry and a light of 32 bytes for each photon, at least.
+        // Each photon has at least a geometry and a light of 32 bytes each.
         assert!(many.light_paths - one.light_paths >= 4 * 1000 * 64, "{many:?}");
         assert_eq!((many.pixels, one.scene), (one.pixels, 1000));
-        // A frame that shoots nothing needs nothing to shoot with.
+        // A frame without light paths needs no memory for them.
         assert_eq!(need(100, 100, 0).light_paths, 0);
     }
 
     #[test]
-    fn the_flag_that_lowers_most_is_named() {
+    fn errors_name_the_flag_that_lowers_the_largest_part() {
         let config = RenderConfig {
             width: 8192,
             height: 4096,

@@ -1,5 +1,5 @@
-//! What reads files of others, from bytes: for the targets of cargo-fuzz in `fuzz/`, and for the test that replays their
-//! corpus. Each says whether the bytes are accepted. No interface for others.
+//! Entry points of the fuzz targets in `fuzz/`, and of the test that replays their corpus. Each function parses bytes and
+//! returns whether they are accepted. Not a public interface.
 
 use std::path::Path;
 
@@ -18,8 +18,8 @@ mod shard;
 pub use compressed::{draco, environment, ktx2, meshopt, webp};
 pub use shard::shard;
 
-/// A .gltf or .glb file, without others beside it, looked at and brought to the end of its animations. A default light is not
-/// added: it takes a third of a second whatever the file is.
+/// Reads a .gltf or .glb file without external files, computes its features and poses it up to the end of its animations.
+/// It adds no default light, which takes a third of a second for any file.
 pub fn scene(bytes: &[u8]) -> bool {
     caustics_scene::read(bytes).is_ok_and(|mut scene| {
         drop(scene.place_camera(&Viewpoint::default(), 1.5).cloned());
@@ -29,17 +29,17 @@ pub fn scene(bytes: &[u8]) -> bool {
     })
 }
 
-/// An EXR or PNG file.
+/// Decodes an EXR or PNG file.
 pub fn image(bytes: &[u8]) -> bool {
     Channels::decode(bytes).is_ok_and(|image| {
-        // Every name that is told is known; the beauty layer's own is empty.
+        // `layer` must find every listed name. The beauty layer itself has an empty name.
         let is_known = |name: &String| name == "beauty" || image.layer(name).is_some();
         assert!(image.layer_names().iter().all(is_known));
         true
     })
 }
 
-/// A checkpoint of a run without any identity, of 2 pixels.
+/// Parses a checkpoint of 2 pixels, of a run with an empty identity.
 pub fn checkpoint(bytes: &[u8]) -> bool {
     let shape = Shape { width: 2, height: 1, ..Shape::default() };
     let accepts = |bytes: &[u8]| {
@@ -54,8 +54,8 @@ pub fn checkpoint(bytes: &[u8]) -> bool {
     accepts_as_is_or_sealed(bytes, accepts)
 }
 
-/// Whether the bytes of a checkpoint are accepted as they are, or with this program's line and the right checksum around them,
-/// which hardly any bytes have: they are a line of JSON, the head, and sums then.
+/// Whether a parser accepts bytes as they are, or sealed with this program's line and the right checksum. Random bytes
+/// hardly ever have a right checksum. Sealed bytes are a line of JSON for the head, then sums.
 fn accepts_as_is_or_sealed(bytes: &[u8], accepts: impl Fn(&[u8]) -> bool) -> bool {
     let (head, sums) = match bytes.iter().position(|&byte| byte == b'\n') {
         Some(end) => (&bytes[..end], &bytes[end + 1..]),
@@ -66,8 +66,8 @@ fn accepts_as_is_or_sealed(bytes: &[u8], accepts: impl Fn(&[u8]) -> bool) -> boo
     accepts(bytes) | sealed.is_some_and(|bytes| accepts(&bytes))
 }
 
-/// A file of the BVH cache, for triangles that are at hand; and a file of the right key and checksum with these bytes in
-/// it: numbers of nodes and of leaves, then triangles, leaves and nodes.
+/// Parses a file of the BVH cache for fixed triangles, as it is and with the right key and checksum around it. The bytes
+/// then are the numbers of nodes and leaves, triangles, leaves and nodes.
 pub fn bvh(bytes: &[u8]) -> bool {
     const TRIANGLES: u8 = 16;
     let corner = |id: u8, at: u8| Vec3::new(f32::from(id), f32::from(at), f32::from(id * at));
@@ -80,7 +80,7 @@ pub fn bvh(bytes: &[u8]) -> bool {
     accepts(bytes) | sealed.is_some_and(|bytes| accepts(&bytes))
 }
 
-/// The TOML of edits; what is written of them is read back.
+/// Parses the TOML of edits. Edits that are written must be read back unchanged.
 pub fn edits(bytes: &[u8]) -> bool {
     let edits = std::str::from_utf8(bytes).ok().and_then(|text| Edits::parse(text).ok());
     edits.is_some_and(|edits| {

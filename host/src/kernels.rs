@@ -1,8 +1,9 @@
-//! Compiled kernels: where they come from, and whether they are whole and for this program.
+//! Compiled kernels: their source, and checks that they are complete and fit this program.
 //!
-//! A program carries modules of its own and takes others from a folder that `cargo kernels --out` writes, as often as it opens a
-//! session: [`Watch`] says when new ones are there. What a frame consists of (its steps, the sizes of buffers) stays the
-//! program's own, so that other kernels may compute otherwise but bind the same buffers.
+//! A program embeds modules, and can load others from a folder that `cargo kernels --out` writes. It loads them whenever it
+//! opens a session; [`Watch`] reports new ones.
+//! The steps of a frame and the sizes of buffers belong to the program. Other kernels may compute differently but must bind
+//! the same buffers.
 
 use std::path::PathBuf;
 
@@ -21,39 +22,39 @@ use self::lock::{BASE, KernelsLock, RAYQUERY, words};
 /// Hash of the kernels' sources.
 pub const SOURCES: &str = env!("CAUSTICS_KERNELS_HASH");
 
-/// The SPIR-V modules.
+/// SPIR-V modules.
 #[derive(Clone, Debug)]
 pub struct Modules {
-    /// For any Vulkan 1.2 device.
+    /// Module for any Vulkan 1.2 device.
     pub base: Vec<u32>,
-    /// For devices with ray queries.
+    /// Module for devices with ray queries.
     pub rayquery: Vec<u32>,
 }
 
-/// Where kernels come from.
+/// Source of the kernels.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Source {
-    /// The modules that the program carries.
+    /// Modules embedded in the program.
     #[default]
     Embedded,
-    /// The modules that lie in a folder when a session is opened, with their `kernels.lock`.
+    /// Modules in a folder at the time when a session is opened, with their `kernels.lock`.
     Folder(PathBuf),
 }
 
 impl Source {
-    /// The folder in the environment variable `CAUSTICS_KERNELS`; without one, the modules that the program carries.
+    /// Returns the folder in the environment variable `CAUSTICS_KERNELS`, or else the embedded modules.
     pub fn from_environment() -> Source {
         let folder = std::env::var_os("CAUSTICS_KERNELS").filter(|folder| !folder.is_empty());
         folder.map_or(Source::Embedded, |folder| Source::Folder(folder.into()))
     }
 
-    /// The modules, for this program's passes to run.
+    /// Loads the modules and checks that this program's passes can run them.
     ///
     /// # Errors
     ///
-    /// If the modules that the program carries are older than their sources; or if those of a folder are missing, not what
-    /// their lock says, of another interface than the program, or lack an entry point or bind a buffer otherwise than
-    /// the program's pass of that name.
+    /// - If the embedded modules are older than their sources.
+    /// - If modules of a folder are missing, differ from their lock, or have another interface than the program.
+    /// - If an entry point is missing, or binds a buffer otherwise than the program's pass of that name.
     pub fn modules(&self) -> Result<Modules, KernelsError> {
         let Source::Folder(folder) = self else { return embedded() };
         let lock = KernelsLock::read(folder)?;
@@ -65,11 +66,11 @@ impl Source {
         Ok(Modules { base, rayquery })
     }
 
-    /// The modules as they are, for a compiler to show what it makes of them: not even a lock is asked for.
+    /// Loads the modules without any check, not even of a lock, to show a compiler's output for them.
     ///
     /// # Errors
     ///
-    /// If the modules that the program carries are older than their sources, or those of a folder cannot be read.
+    /// If the embedded modules are older than their sources, or those of a folder cannot be read.
     pub fn unchecked(&self) -> Result<Modules, KernelsError> {
         let Source::Folder(folder) = self else { return embedded() };
         let read = |name: &str| lock::read(&folder.join(name)).map(|bytes| words(&bytes));
@@ -77,7 +78,7 @@ impl Source {
     }
 }
 
-/// The modules that the program carries, unless the sources had changed since `cargo kernels` when it was built.
+/// Returns the embedded modules, unless the sources changed between `cargo kernels` and the build.
 fn embedded() -> Result<Modules, KernelsError> {
     if env!("CAUSTICS_KERNELS_FRESH") != "1" {
         return Err(KernelsError::Stale);

@@ -1,4 +1,4 @@
-//! caustics as a library: load a glTF scene, render frames of it on the CPU or on a Vulkan device, take their layers.
+//! caustics as a library: load a glTF scene, render frames on the CPU or on a Vulkan device, read their layers.
 //!
 //! ```no_run
 //! # fn main() -> anyhow::Result<()> {
@@ -6,6 +6,7 @@
 //!
 //! let scene = Scene::load(&scene::resolve("mirror-room")?)?;
 //! let mut session = Session::builder(&scene).build()?;
+//! // Render the first frame.
 //! session.frame(0)?;
 //! let image = session.image()?;
 //! std::fs::write("room.exr", exr::encode(&image, None, &Default::default())?)?;
@@ -16,17 +17,17 @@
 //! | to | see |
 //! |---|---|
 //! | load a scene, move it to a time | [`Scene`] |
-//! | give it what its file lacks: a camera, light, a floor | [`scene::Staging`], [`Scene::place_camera`], [`Scene::add_default_light`] |
+//! | add a camera, a light or a floor to a scene without one | [`scene::Staging`], [`Scene::place_camera`], [`Scene::add_default_light`] |
 //! | choose runner, method and gather, render frames | [`Session`], [`SessionBuilder`], [`RenderConfig`] |
 //! | exchange the compiled kernels of a GPU while a program runs | [`kernels::Source`], [`kernels::Watch`] |
-//! | look at the layers of a frame | [`RenderedImage`] |
-//! | look into a pixel: its camera path, its photons, their light paths | [`Session::inspect`], [`inspect::Inspection`] |
+//! | read the layers of a frame | [`RenderedImage`] |
+//! | inspect a pixel: its camera path, its photons, their light paths | [`Session::inspect`], [`inspect::Inspection`] |
 //! | average frames, with the variance of the mean | [`accumulation`] |
 //! | write EXR and PNG, read them | [`output`], [`image_file`] |
 //! | compare images | [`metric`] |
 //!
-//! What a frame consists of is told on the first page of [`caustics_kernels`]. All other modules serve the program
-//! `caustics`: they are public for its binary and its tests, and change without notice.
+//! The first page of [`caustics_kernels`] describes the steps of a frame. All other modules serve the program `caustics`.
+//! They are public for its binary and its tests, and change without notice.
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 #![deny(unsafe_code)]

@@ -1,18 +1,18 @@
-//! The machine that measures, and what compiled the program, in words.
+//! Description of the machine and of the compiler.
 
 use std::path::Path;
 use std::sync::OnceLock;
 
 use caustics_files::memory::field;
 
-/// Processor, its threads, memory, system and compiler, as far as the system says: "AMD EPYC, 2 threads, 15.6 GiB, Debian GNU/Linux 12,
-/// x86_64, rustc 1.95.0".
+/// Returns processor, its threads, memory, system and compiler, as far as the system reports them.
+/// Example: "AMD EPYC, 2 threads, 15.6 GiB, Debian GNU/Linux 12, x86_64, rustc 1.95.0".
 pub fn description() -> &'static str {
     static DESCRIPTION: OnceLock<String> = OnceLock::new();
     DESCRIPTION.get_or_init(|| description_in(Path::new("/")))
 }
 
-/// The same, as a file system with this root tells it.
+/// Returns the description from the system's files below `root`.
 fn description_in(root: &Path) -> String {
     let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap_or_default();
     let value = |text: &str, key: &str, mark: char| {
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_system_says_is_said() {
+    fn the_description_holds_all_that_the_system_reports() {
         let root = tempfile::tempdir().unwrap();
         for (path, text) in [
             ("proc/cpuinfo", "processor\t: 0\nmodel name\t: Some CPU @ 3 GHz\n"),
@@ -50,7 +50,7 @@ mod tests {
         assert!(text.starts_with("Some CPU @ 3 GHz, "), "{text}");
         assert!(text.contains(", 15.6 GiB, Debian GNU/Linux 12 (bookworm), "), "{text}");
         assert!(text.contains("rustc 1."), "{text}");
-        // Nothing that is not known is said.
+        // Unknown values are left out.
         let bare = description_in(&root.path().join("none"));
         assert!(bare.contains(std::env::consts::OS) && !bare.contains("GiB"), "{bare}");
     }

@@ -1,12 +1,11 @@
 //! Distances between images, all in f64. May import `image_file` only.
 //!
-//! An image here is what one layer of a file holds, cut to a region. A metric is data ([`comparison::Metric`]) beside its
-//! formula, and [`report::MetricReport`] computes all of [`METRICS`].
+//! An image here is one layer of a file, cut to a region. A metric is data ([`comparison::Metric`]) beside its formula.
+//! [`report::MetricReport`] computes all of [`METRICS`].
 //!
-//! To add one, write a file with its formula and a `pub static` of what it is called, what it measures, where its value
-//! misleads and how it is computed from a [`comparison::Comparison`], and name both in the list below. It is then in the
-//! table and the JSON of `caustics compare`, and an option `--fail-above` knows it. What several metrics are made of is
-//! computed once through [`comparison::Comparison::shared`].
+//! A new metric is a file with its formula and a `pub static` [`comparison::Metric`], and a line in the list below.
+//! `caustics compare` then has it in its table, its JSON and its option `--fail-above`.
+//! Values that several metrics need are computed once through [`comparison::Comparison::shared`].
 
 pub mod comparison;
 pub mod error_map;
@@ -15,7 +14,7 @@ pub mod percentile;
 pub mod pixels;
 pub mod report;
 
-/// Declares a file a line, and the metrics that it holds.
+/// Declares a module a line and the metrics in it.
 macro_rules! metrics {
     ($($file:ident: $($metric:ident)+;)*) => {
         $(pub mod $file;)*

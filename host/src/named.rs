@@ -1,8 +1,8 @@
-//! Choices and variants in files: with serde a value is its name.
+//! Serde modules that write choices and variants by their names.
 
 pub use caustics_kernels::interface::named::Named;
 
-/// With serde a value is its name: `#[serde(with = "named::by_name")]`.
+/// Serde module of a value that is written by its name: `#[serde(with = "named::by_name")]`.
 pub mod by_name {
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serializer};
@@ -12,7 +12,7 @@ pub mod by_name {
     /// Writes the name.
     ///
     /// # Errors
-    /// Those of the format.
+    /// The errors of the format.
     pub fn serialize<T: Named, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(value.name())
     }
@@ -20,13 +20,13 @@ pub mod by_name {
     /// Reads a name.
     ///
     /// # Errors
-    /// A name that no value has.
+    /// If no value has the name.
     pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
         T::find(&String::deserialize(deserializer)?).map_err(D::Error::custom)
     }
 }
 
-/// The same of a value that may be missing.
+/// Serde module of an optional value that is written by its name.
 pub mod by_name_if_any {
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -36,7 +36,7 @@ pub mod by_name_if_any {
     /// Writes the name.
     ///
     /// # Errors
-    /// Those of the format.
+    /// The errors of the format.
     pub fn serialize<T: Named, S: Serializer>(value: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
         value.map(T::name).serialize(serializer)
     }
@@ -44,7 +44,7 @@ pub mod by_name_if_any {
     /// Reads a name.
     ///
     /// # Errors
-    /// A name that no value has.
+    /// If no value has the name.
     pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
         let name = Option::<String>::deserialize(deserializer)?;
         name.map(|name| T::find(&name)).transpose().map_err(D::Error::custom)

@@ -1,5 +1,5 @@
-//! The configuration of a run: every setting once, its default, and what is derived from it. The settings of a frame, as kernels
-//! get them, are derived in `params`.
+//! Configuration of a run: every setting, its default, and values derived from it. `params` derives the parameters of a
+//! frame for the kernels.
 
 use std::collections::BTreeMap;
 
@@ -33,76 +33,77 @@ pub use params::with_light_paths;
 use value::as_text;
 pub use value::{AUTO, FeatureChoice, Paths, Radius};
 
-/// All that a person sets for a run but its scene and where it runs; the defaults are the talk's, at a smaller image. A new field asks
-/// for decisions in [`RenderConfig::with_image_of`] and [`RenderConfig::expected_image`].
+/// Settings of a run, without its scene and runner. The defaults are those of the talk, with a smaller image. A new field
+/// requires decisions in [`RenderConfig::with_image_of`] and [`RenderConfig::expected_image`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RenderConfig {
-    /// What a frame consists of.
+    /// Method: the steps of a frame.
     #[serde(with = "by_name")]
     pub method: &'static Method,
-    /// How photons and collection points meet; `None` takes the runner's default, or none where the method chooses none.
+    /// Gather of photons at collection points. `None` selects the runner's default, or none if the method does not choose.
     #[serde(with = "by_name_if_any")]
     pub gather: Option<&'static Variant>,
-    /// Kernel code that is compiled in.
+    /// Features that are compiled into the kernels.
     #[serde(with = "by_name")]
     pub features: FeatureChoice,
     /// Image width (px).
     pub width: u32,
     /// Image height (px).
     pub height: u32,
-    /// Tiles that the image is rendered in, one after another; `None` takes as few as the device's bindings allow.
+    /// Number of tiles, which are rendered one after another. `None` selects the smallest number that the device's bindings
+    /// allow.
     pub tiles: Option<u32>,
-    /// Light paths of a frame. With `Paths::Auto` frames depend on each other (`caustics_kernels::pass::balance`); every one stays
-    /// unbiased.
+    /// Light paths of a frame. With `Paths::Auto` frames depend on each other (`caustics_kernels::pass::balance`), but each
+    /// is unbiased.
     #[serde(with = "as_text")]
     pub light_paths: Paths,
-    /// Scattering vertices between eye and light, at most.
+    /// Maximum number of scattering vertices between eye and light.
     pub max_bounces: u32,
     /// Radius of collection points.
     #[serde(with = "as_text")]
     pub radius: Radius,
-    /// Reflection lobes of at most this roughness are specular.
+    /// Maximum roughness of specular reflection lobes.
     pub specular_roughness: f32,
     /// Seed of all random numbers.
     pub seed: u32,
     /// Positions in a pixel that camera rays pass through.
     #[serde(with = "by_name")]
     pub pixel_filter: PixelFilter,
-    /// Level of its textures that a camera prefix sees; `None` takes that of the method.
+    /// Texture level of a camera prefix. `None` selects the method's level.
     #[serde(with = "by_name_if_any")]
     pub texture_filter: Option<TextureFilter>,
     /// Exposure of the PNG (stops).
     pub exposure: f32,
-    /// Radiance behind everything (W m^-2 sr^-1), seen and lighting nothing; `None` takes what the scene says.
+    /// Background radiance (W m^-2 sr^-1), which lights nothing. `None` selects the scene's background.
     pub background: Option<[f32; 3]>,
-    /// Light of the previous frame that a frame reuses. Frames that are averaged must be independent: `history::NONE`.
+    /// Reuse of light from the previous frame. Averaged frames must be independent: `history::NONE`.
     #[serde(with = "by_name")]
     pub history: &'static History,
-    /// What smooths the path-traced light; caustics are left as they are.
+    /// Denoiser of the path-traced light. It leaves caustics unchanged.
     #[serde(with = "by_name")]
     pub denoiser: &'static Denoiser,
-    /// How light paths start. The program's default is `emission::GUIDED`, with which a frame depends on those before it; here
-    /// frames do not depend on each other.
+    /// Emission of light paths. Frames do not depend on each other with the default here. The program's default is
+    /// `emission::GUIDED`, with which a frame depends on those before it.
     #[serde(with = "by_name")]
     pub emission: &'static Emission,
-    /// Which light is the light paths'.
+    /// Light that belongs to the light paths.
     #[serde(with = "by_name")]
     pub caustics: Caustics,
-    /// How camera paths find lights.
+    /// Choice of lights for next-event estimation.
     #[serde(with = "by_name")]
     pub light_sampler: LightSampler,
-    /// Where the numbers of camera paths come from. The program's default is `Sampler::Sobol`, with which frames of one batch are no
-    /// independent samples; here they are.
+    /// Source of the random numbers of camera paths. With the default here, frames are independent samples. The program's
+    /// default is `Sampler::Sobol`, with which frames of one batch are not.
     #[serde(with = "by_name")]
     pub sampler: Sampler,
-    /// Sequences of the sampler that frames take in turns: who averages frames and wants to know their variance takes several
-    /// (`Accumulation::in_batches`).
+    /// Number of independent sequences of the sampler that frames take turns in. Variance of averaged frames requires
+    /// several (`Accumulation::in_batches`).
     pub batches: u32,
-    /// Path-traced light of the previous frame that is reused, in methods that do not converge.
+    /// Reuse of path-traced light from the previous frame, in methods that do not converge.
     #[serde(with = "by_name")]
     pub path_history: PathHistory,
-    /// What is done about rare bright samples of camera paths, in methods that do not converge.
+    /// Treatment of fireflies, in methods that do not converge.
     #[serde(with = "by_name")]
     pub fireflies: Fireflies,
     /// Whether an image has the layers of [`Auxiliary`](caustics_files::rendered_image::Auxiliary), which other tools ask for.
@@ -142,10 +143,11 @@ impl Default for RenderConfig {
 }
 
 impl RenderConfig {
-    /// The configuration with the image of another: its size, what of the scene a pixel sees, its seed. All that a sweep varies stays.
+    /// Returns the configuration with the image settings of another: size, tiles, filters, exposure, background, seed and
+    /// the like. All settings that a sweep varies stay.
     #[must_use]
     pub fn with_image_of(&self, image: &RenderConfig) -> RenderConfig {
-        // Without dots: whoever adds a setting decides whether it is the image's, or a sweep varies it.
+        // No `..` here: a new setting requires a decision whether it belongs to the image or a sweep varies it.
         let RenderConfig {
             width,
             height,
@@ -189,10 +191,10 @@ impl RenderConfig {
         }
     }
 
-    /// Text of the settings that decide which image is expected of a scene. What only decides how noisy it is, how long it takes or
-    /// which error it may have is left out on purpose, so that one reference serves all configurations of a sweep.
+    /// Returns a text of the settings that decide the expected image of a scene. Settings that change only noise, time or
+    /// error are left out, so that one reference serves all configurations of a sweep.
     pub fn expected_image(&self, scene: &Scene) -> String {
-        // Without dots: whoever adds a setting decides whether another value gives another expected image.
+        // No `..` here: a new setting requires a decision whether it changes the expected image.
         let RenderConfig {
             width,
             height,
@@ -230,8 +232,8 @@ impl RenderConfig {
         )
     }
 
-    /// Every setting by its name, but the exposure, which touches no sum: what tells one run from another. Light paths a pixel are
-    /// a number of them.
+    /// Returns every setting by its name, except the exposure, which does not change the sums. It identifies a run. Light
+    /// paths per pixel are converted to a number.
     pub fn run_identity(&self) -> BTreeMap<String, String> {
         let Value::Object(mut settings) = json!(self) else {
             unreachable!("a struct is an object in JSON");
@@ -240,7 +242,7 @@ impl RenderConfig {
         if let Paths::Count(_) | Paths::PerPixel(_) = self.light_paths {
             settings.insert("light_paths".into(), self.max_light_paths().into());
         }
-        // The standard of EXR has an attribute `tiles`.
+        // Rename `tiles`, which is a standard attribute of EXR.
         if let Some(tiles) = settings.remove("tiles") {
             settings.insert("tile_count".into(), tiles);
         }
@@ -252,18 +254,18 @@ impl RenderConfig {
         settings.into_iter().map(|(name, value)| (name, text(value))).collect()
     }
 
-    /// The configuration with the method's choice wherever a field is `None` that a method decides.
+    /// Returns the configuration with the method's choice for each unset field that the method decides.
     #[must_use]
     pub fn with_defaults_of_method(self) -> RenderConfig {
         RenderConfig { texture_filter: self.texture_filter.or(Some(self.method.texture_filter)), ..self }
     }
 
-    /// Kernel code that is compiled in for a scene as it is posed.
+    /// Returns the features to compile into the kernels for a scene in its pose.
     pub fn features(&self, scene: &Scene) -> Features {
         self.features.features(scene, self.specular_roughness)
     }
 
-    /// Where the numbers of camera paths of a frame stand in their sequences.
+    /// Returns the positions of a frame's camera paths in the sampler's sequences.
     pub fn sequence(&self, frame: u32) -> Sequence {
         match self.sampler {
             Sampler::Independent => Sequence::default(),
@@ -272,7 +274,7 @@ impl RenderConfig {
         }
     }
 
-    /// Batches that frames of these settings are averaged in (`Accumulation::in_batches`).
+    /// Returns the number of batches for averaging frames of these settings (`Accumulation::in_batches`).
     pub fn batches_of_frames(&self) -> u32 {
         match self.sampler {
             Sampler::Independent => 0,
@@ -280,13 +282,13 @@ impl RenderConfig {
         }
     }
 
-    /// How photons and collection points meet; where none is chosen, in a way that every runner has.
+    /// Returns the gather. The default runs on every runner.
     pub fn variant(&self) -> &'static Variant {
         self.gather.unwrap_or(&variant::PHOTONS_GRID)
     }
 
-    /// The parts of the method's frames, less what the method has no use for: without collection points nothing is balanced, what
-    /// it splats knows no disc, and what converges has no bounds and takes no path-traced light from the frame before.
+    /// Returns the parts of the method's frames, without stages that do not apply. Balance needs collection points, and an
+    /// automatic radius needs discs. Firefly bounds and path history apply only to methods that do not converge.
     pub fn parts(&self) -> Parts {
         let RenderConfig { method, history, denoiser, emission, .. } = *self;
         let keeps_path = self.path_history == PathHistory::Validated;
@@ -299,12 +301,12 @@ impl RenderConfig {
         Parts { gather: self.variant(), history, denoiser, emission, stages }
     }
 
-    /// Largest number of light paths of a frame.
+    /// Returns the maximum number of light paths of a frame.
     pub fn max_light_paths(&self) -> u32 {
         self.light_paths.count(self.width, self.height)
     }
 
-    /// Light paths of a frame of so many pixels before which nothing is known.
+    /// Returns the number of light paths of a first frame with this number of pixels.
     pub fn first_light_paths(&self, pixels: u32) -> u32 {
         let (first, max) = (pixels as f32 * FIRST_PATHS, self.max_light_paths());
         if self.light_paths == Paths::Auto { max.min(first as u32).max(1) } else { max }
@@ -333,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_configuration_is_read_as_it_was_written() {
+    fn a_configuration_is_read_back_unchanged() {
         for config in [RenderConfig::default(), full()] {
             let text = serde_json::to_string(&config).unwrap();
             assert_eq!(serde_json::from_str::<RenderConfig>(&text).unwrap(), config, "{text}");
@@ -351,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn every_setting_but_the_exposure_tells_runs_apart() {
+    fn every_setting_but_the_exposure_changes_the_run_identity() {
         let [usual, other] = [RenderConfig::default(), full()].map(|config| json!(config));
         let identity =
             |value: &Value| serde_json::from_value::<RenderConfig>(value.clone()).unwrap().run_identity();
@@ -379,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn light_paths_are_one_run_however_their_number_is_given() {
+    fn light_paths_per_pixel_and_as_a_count_identify_the_same_run() {
         let config = |light_paths| RenderConfig { width: 96, height: 54, light_paths, ..Default::default() };
         let identity = |light_paths| config(light_paths).run_identity();
         assert_eq!(identity(Paths::PerPixel(1.0)), identity(Paths::Count(96 * 54)));
@@ -388,9 +390,9 @@ mod tests {
         assert_ne!(identity(Paths::Auto), identity(Paths::Count(max)));
     }
 
-    /// Results of sweeps and references that were kept before are known by this text.
+    /// Stored results of sweeps and references are identified by this text.
     #[test]
-    fn the_text_of_an_expected_image_is_as_it_was() {
+    fn the_text_of_an_expected_image_is_stable() {
         let config = RenderConfig { texture_filter: Some(TextureFilter::Cone), ..RenderConfig::default() };
         let text = "960x540 paths 1048576 First bounces 5 radius 1 specular 0.25 filter 0 textures Some(Cone) \
                     background Vec3(0.0, 0.0, 0.0)";

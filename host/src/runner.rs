@@ -1,4 +1,4 @@
-//! A runner executes steps over named buffers: the CPU, or a Vulkan device.
+//! Runners, which execute steps over named buffers: the CPU, or a Vulkan device.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -15,46 +15,46 @@ pub mod gpu;
 
 pub use self::error::RunError;
 
-/// Time that one step took.
+/// Time of one step.
 #[derive(Clone, Debug)]
 pub struct StepTime {
-    /// Name of the pass (`build.points`, `clear.<buffer>` for the steps that are no dispatch).
+    /// Name of the pass. Steps that are no dispatch are called `build.points` or `clear.<buffer>`.
     pub pass: String,
     /// Wall time on the CPU runner, time between device timestamps on a GPU.
     pub time: Duration,
 }
 
-/// Executes steps over named buffers. Scene tables are buffers like the others.
+/// Executor of steps over named buffers. Scene tables are buffers too.
 ///
 /// # Errors
 ///
-/// Everything fails on names or sizes that the runner does not have, and where the device does.
+/// All functions fail on unknown names and on ranges outside of a buffer, and if the device fails.
 pub trait Runner {
-    /// Device and driver, for people and for provenance.
+    /// Returns the names of device and driver, for messages and for provenance.
     fn device(&self) -> String;
-    /// Overwrites the head of a buffer.
+    /// Overwrites the beginning of a buffer.
     fn write(&mut self, buffer: &str, bytes: &[u8]) -> Result<(), RunError> {
         self.write_at(buffer, 0, bytes)
     }
     /// Overwrites a buffer from an offset on (bytes).
     fn write_at(&mut self, buffer: &str, offset: usize, bytes: &[u8]) -> Result<(), RunError>;
-    /// Brings instances to where they stand, and meshes that were deformed, by their index, to what their rows say now, for structures
-    /// that are not buffers.
+    /// Updates acceleration structures that are not buffers: the instances' transforms, and the deformed meshes with these
+    /// indices. Meshes are read from their tables.
     fn set_instances(
         &mut self,
         instance_transforms: &[InstanceTransform],
         deformed: &[usize],
     ) -> Result<(), RunError>;
-    /// A whole buffer.
+    /// Returns a whole buffer.
     fn read(&mut self, buffer: &str) -> Result<Vec<u8>, RunError>;
-    /// Shows a whole buffer, without a copy where it is memory of the host.
+    /// Passes a whole buffer to a function, without a copy if the buffer is in host memory.
     fn show(&mut self, buffer: &str, to: &mut dyn FnMut(&[u8])) -> Result<(), RunError> {
         to(&self.read(buffer)?);
         Ok(())
     }
-    /// From now on the flag ends steps that run, with [`RunError::Stopped`] and buffers that are half written. Runners that cannot be
-    /// stopped run them to their end.
+    /// Sets a flag that stops running steps with [`RunError::Stopped`] and leaves buffers half written. Runners that cannot
+    /// be stopped ignore it.
     fn stop_by(&mut self, _flag: &Arc<AtomicBool>) {}
-    /// Executes the steps of a frame with these settings in order and returns the time of each.
+    /// Executes the steps of a frame with these parameters in order and returns the time of each.
     fn run(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError>;
 }

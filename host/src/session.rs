@@ -1,4 +1,4 @@
-//! A session: one scene, one view, one method on one runner. Frames are asked for by index, images are read back.
+//! Session: one scene, one view and one method on one runner. The caller renders frames by index and reads images back.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -43,23 +43,23 @@ mod kept;
 pub(crate) mod last;
 mod tiles;
 
-/// Which runner to open.
+/// Runner to open.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunnerChoice {
-    /// The CPU, on this many threads (0: all).
+    /// CPU runner.
     Cpu {
-        /// Number of worker threads; 0 takes every core.
+        /// Number of worker threads; 0 uses every core.
         threads: usize,
     },
-    /// A Vulkan device.
+    /// GPU runner on a Vulkan device.
     Gpu {
-        /// Index or part of the name of the device; `None` takes the best there is.
+        /// Index of the device, or part of its name. `None` selects the best device.
         device: Option<String>,
-        /// Whether rays are traced by ray queries; the device must have them.
+        /// Whether ray queries trace rays; the device must support them.
         hardware: bool,
-        /// Whether the Vulkan validation layer watches; its messages are errors.
+        /// Whether the Vulkan validation layer is on; its messages are errors.
         validation: bool,
-        /// Where the compiled kernels come from. They are read when a session is opened.
+        /// Source of the compiled kernels, which are read when a session is opened.
         kernels: kernels::Source,
     },
 }
@@ -70,8 +70,8 @@ impl RunnerChoice {
         matches!(self, RunnerChoice::Gpu { hardware: true, .. })
     }
 
-    /// Gather where the user chooses none. Where a disc takes most of the photons, a GPU waits for its invocation alone: there photons
-    /// search the points.
+    /// Returns the gather that is used unless the user chooses one. On a GPU, photons search the points: if one disc took
+    /// most photons, the GPU would wait for that disc's invocation.
     pub fn default_gather(&self) -> &'static Variant {
         match self {
             RunnerChoice::Cpu { .. } => &variant::PHOTONS_GRID,
@@ -80,7 +80,7 @@ impl RunnerChoice {
         }
     }
 
-    /// Looks whether it can run. A device is opened for the sessions that follow, too.
+    /// Checks that the runner can be opened. An opened device is kept for the sessions that follow.
     ///
     /// # Errors
     ///
@@ -110,7 +110,7 @@ fn device_options(
     })
 }
 
-/// Why a session cannot be opened, or go on.
+/// Error of opening or using a session.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     /// The runner fails.
@@ -119,45 +119,45 @@ pub enum SessionError {
     /// The compiled kernels cannot be run.
     #[error("{0}")]
     Kernels(#[from] KernelsError),
-    /// A frame takes more memory than there is.
+    /// A frame takes more memory than is available.
     #[error("{0}")]
     TooLarge(#[from] FrameTooLarge),
-    /// A gather that the runner cannot do.
+    /// The runner does not support the gather.
     #[error("--gather {gather} needs ray queries (--runner gpu --tracer hardware)")]
     RayQueries {
-        /// The gather.
+        /// Name of the gather.
         gather: &'static str,
     },
-    /// An emission that the method has no use for.
+    /// The method does not use the emission.
     #[error("--method {method} starts its light paths in its own way, not by {emission}")]
     Emission {
-        /// The method.
+        /// Name of the method.
         method: &'static str,
-        /// The emission.
+        /// Name of the emission.
         emission: &'static str,
     },
     /// The scene has no such camera.
     #[error("{0}")]
     Scene(#[from] SceneError),
-    /// A state that is none of this session.
+    /// The state belongs to another session.
     #[error("a state has no whole buffer {buffer}")]
     State {
-        /// The buffer that it lacks.
+        /// Name of the missing buffer.
         buffer: &'static str,
     },
-    /// A state of numbers that no frame leaves.
+    /// The state has values that are not finite.
     #[error("the numbers of buffer {buffer} in a state are not finite")]
     NotFinite {
-        /// The buffer.
+        /// Name of the buffer.
         buffer: &'static str,
     },
-    /// There is no frame to look into.
+    /// No frame can be inspected.
     #[error("there is no frame of the scene as it stands to look into; render one first")]
     NoFrame,
-    /// The frame is not there as a whole.
+    /// The frame has several tiles.
     #[error("a frame of several tiles cannot be looked into; render it in one (--tiles 1)")]
     Tiles,
-    /// There is no such pixel.
+    /// The pixel is outside of the image.
     #[error("there is no pixel {x},{y} in an image of {width} by {height}")]
     NoPixel {
         /// Column.
@@ -172,14 +172,15 @@ pub enum SessionError {
     /// A buffer cannot be read.
     #[error("reading buffer {buffer}")]
     Read {
-        /// The buffer.
+        /// Name of the buffer.
         buffer: String,
-        /// Why.
+        /// Cause.
         source: RunError,
     },
 }
 
-/// Opens a runner for as many tiles as somebody asked for, else for as few as the device binds buffers of; and how many.
+/// Opens a runner and returns it with its number of tiles. The number is the user's, or else the smallest for which the
+/// device can bind all buffers.
 fn open_in_tiles(
     config: &RenderConfig,
     open: impl Fn(u32) -> Result<Box<dyn Runner>, SessionError>,
@@ -196,11 +197,11 @@ fn open_in_tiles(
     Ok((opened?, count))
 }
 
-/// Opens a runner that holds a scene's tables and the given buffers, for passes to be run one by one.
+/// Opens a runner with a scene's tables and the given buffers, for running single passes.
 ///
 /// # Errors
 ///
-/// If there is no suitable Vulkan device, the compiled kernels are not those of this program, or memory does not suffice.
+/// If there is no suitable Vulkan device, the compiled kernels do not fit this program, or memory does not suffice.
 pub fn open(
     choice: &RunnerChoice,
     scene: &Scene,
@@ -208,7 +209,7 @@ pub fn open(
     buffers: &[BufferSpec],
 ) -> Result<Box<dyn Runner>, SessionError> {
     let mut tables = scene.buffers();
-    // Lights go out and on again: the table has room for all.
+    // Reserve room for all lights, since an animation turns lights off and on.
     let mut lights = scene.lights.clone();
     lights.resize(scene.max_light_count(), Light::default());
     for (_, bytes) in tables.iter_mut().filter(|(name, _)| *name == "lights") {
@@ -224,10 +225,10 @@ pub fn open(
     }
 }
 
-/// Renders frames of one view: see [`Session::builder`].
+/// Renderer of frames of one view; see [`Session::builder`].
 ///
-/// A frame's index is the seed of its random numbers beside that of the settings, so that any frame can be rendered again; where
-/// frames learn from those before them, with [`Session::state`] of the one before.
+/// The frame's index and the settings' seed determine all random numbers, so that any frame can be rendered again. If
+/// frames learn from earlier ones, this also takes the [`Session::state`] after the frame before.
 pub struct Session {
     runner: Box<dyn Runner>,
     parts: Parts,
@@ -235,35 +236,36 @@ pub struct Session {
     params: FrameParams,
     /// Flux of the lights (W).
     flux: Vec3,
-    /// What the file's coordinates of a position are more than the kernels' (m).
+    /// Offset of the file's coordinates from the kernels' (m).
     origin: DVec3,
-    /// Light paths of the next frame, if it shoots any.
+    /// Number of light paths of the next frame, if it shoots any.
     light_paths: u32,
-    /// The eye of the frame before.
+    /// Camera of the frame before.
     previous_camera: Camera,
-    /// Index of the frame before, if there was one.
+    /// Index of the frame before; `None` before the first frame.
     previous_frame: Option<u32>,
     upload: Upload,
     /// Whether something moved since the last frame, or there was none.
     moved: bool,
-    /// Buffers in which something outlives its frame.
+    /// Buffers that outlive a frame.
     kept: Vec<BufferSpec>,
-    /// Kernel code that is compiled in.
+    /// Features that are compiled into the kernels.
     features: Features,
-    /// The frame before, unless the scene is another since then.
+    /// Last frame, unless the scene changed since.
     last: Option<Last>,
     keeps_starts: bool,
-    /// What of the image the buffers hold.
+    /// Tiles of the image, with the one that is in the buffers.
     tiles: Tiles,
 }
 
 impl Session {
-    /// Opens the runner and allocates all buffers that the method's frames use. [`Session::builder`] fills in what is usual.
+    /// Opens the runner and allocates all buffers of the method's frames. [`Session::builder`] fills in defaults.
     ///
     /// # Errors
     ///
-    /// If the gather needs ray queries that the runner does not have, no suitable Vulkan device is there, or a frame does not
-    /// fit into memory.
+    /// - If the gather needs ray queries and the runner has none.
+    /// - If there is no suitable Vulkan device.
+    /// - If a frame does not fit into memory.
     pub fn new(
         choice: &RunnerChoice,
         scene: &Scene,
@@ -325,12 +327,12 @@ impl Session {
         Ok(session)
     }
 
-    /// Tiles that an image is rendered in, one after another.
+    /// Returns the number of tiles, which are rendered one after another.
     pub fn tiles(&self) -> u32 {
         self.tiles.count()
     }
 
-    /// Makes the buffers those of a tile, as the frame before left them.
+    /// Loads a tile's state after the frame before into the buffers.
     fn turn_to(&mut self, tile: u32) -> Result<(), SessionError> {
         let before = self.tiles.current.map(|tile| self.tiles.rows(tile).len());
         let is_new = self.tiles.current != Some(tile);
@@ -353,7 +355,7 @@ impl Session {
         self.take_light_paths()
     }
 
-    /// Fills what outlives a frame with zeros, as it is at first.
+    /// Zeroes the buffers that outlive a frame, as at the start.
     fn clear_kept(&mut self) -> Result<(), SessionError> {
         for spec in &self.kept {
             self.runner.write(spec.name, &vec![0; spec.bytes])?;
@@ -361,8 +363,8 @@ impl Session {
         Ok(())
     }
 
-    /// Moves the session to another time: takes a scene that [`Scene::pose`] has moved, and a camera of it, and uploads what
-    /// changed. Call it before each frame of an animation, since a history needs to know how things moved.
+    /// Moves the session to another time. The caller passes a scene that [`Scene::pose`] has moved and a camera of it; only
+    /// changes are uploaded. Call it before each frame of an animation, since a history needs the motion.
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
         self.flux = scene.flux;
         let params = self.config.params(scene, camera, 0);
@@ -375,13 +377,14 @@ impl Session {
         Ok(())
     }
 
-    /// Takes the pose at hand for that of the image before, as if a frame had been rendered of it: what moves, moves from there.
+    /// Sets the pose of the image before to the current one, as if a frame had been rendered of it. Motion then starts from
+    /// there.
     pub fn stand(&mut self) {
         self.previous_camera = self.params.camera;
     }
 
-    /// The buffers in which something outlives its frame, by name, for [`Session::restore`]; empty where frames do not depend on
-    /// each other.
+    /// Returns the buffers that outlive a frame, by name, for [`Session::restore`]. Empty if frames do not depend on each
+    /// other.
     pub fn state(&mut self) -> Result<Vec<(&'static str, Vec<u8>)>, SessionError> {
         if self.tiles.is_one() {
             return self.tile_state();
@@ -403,12 +406,12 @@ impl Session {
         Ok(state)
     }
 
-    /// Continues from the state that a session with the same scene and settings had after a frame. The session must stand at the
+    /// Continues from the state of a session with the same scene and settings after a frame. The session must be at the
     /// pose of that frame.
     ///
     /// # Errors
     ///
-    /// If a buffer is missing, has another size, or holds numbers that are not finite; the session is as it was then.
+    /// If a buffer is missing, has another size, or holds values that are not finite. The session is then unchanged.
     pub fn restore(&mut self, frame: u32, state: &[(String, Vec<u8>)]) -> Result<(), SessionError> {
         let count = self.tiles.count() as usize;
         let mut states = vec![TileState::new(); count];
@@ -436,7 +439,7 @@ impl Session {
         self.take_light_paths()
     }
 
-    /// Forgets all frames: the next one is as that of a session just opened, at the pose at hand.
+    /// Forgets all frames. The next one equals the first frame of a new session at the current pose.
     pub fn restart(&mut self) -> Result<(), SessionError> {
         self.clear_kept()?;
         self.tiles.states.clear();
@@ -447,24 +450,25 @@ impl Session {
         Ok(())
     }
 
-    /// From now on the flag ends frames that are being rendered, with [`RunError::Stopped`]; [`Session::restart`] must follow. On a
-    /// GPU they run to their end.
+    /// Sets a flag that stops frames with [`RunError::Stopped`]; the caller must then call [`Session::restart`]. On a GPU,
+    /// frames run to their end.
     pub fn stop_by(&mut self, flag: &Arc<AtomicBool>) {
         self.runner.stop_by(flag);
     }
 
-    /// Says that something moved since the last frame, as it does by a cut: what frames learn from those before counts less then.
-    /// What a history holds, the history itself judges; discs are as wide in the first frame as the last one said of its own.
+    /// Declares that something moved since the last frame, as at a cut. Frames then give less weight to what they learnt
+    /// before.
+    /// A history still judges its own content. The first frame still uses the disc radii that the last one chose.
     pub fn jump(&mut self) {
         self.moved = true;
     }
 
-    /// Name of the device that renders, and of its driver.
+    /// Returns the names of the device and its driver.
     pub fn device(&self) -> String {
         self.runner.device()
     }
 
-    /// The settings of frame `frame` as the kernels get them.
+    /// Returns the parameters of frame `frame` for the kernels.
     pub fn params(&self, frame: u32) -> FrameParams {
         let params = FrameParams {
             previous_camera: self.previous_camera,
@@ -475,7 +479,7 @@ impl Session {
         (self.config.method.frame)(params, frame)
     }
 
-    /// Renders frame `index` and returns the time of each of its steps. What it made is read by [`Session::image`].
+    /// Renders frame `index` and returns the time of each of its steps. [`Session::image`] reads the image.
     pub fn frame(&mut self, index: u32) -> Result<Vec<StepTime>, SessionError> {
         let times = if self.tiles.is_one() { self.tile(index)? } else { self.tile_by_tile(index)? };
         self.previous_camera = self.params.camera;
@@ -498,12 +502,12 @@ impl Session {
             states.push(self.tile_state()?);
         }
         (self.tiles.states, self.tiles.rendered) = (states, rendered);
-        // Whoever looks into a frame needs all of it.
+        // An inspection needs the whole frame.
         self.last = None;
         Ok(times)
     }
 
-    /// Renders what the buffers are of.
+    /// Renders the tile in the buffers.
     fn tile(&mut self, index: u32) -> Result<Vec<StepTime>, SessionError> {
         if self.params.light_path_count > 0 {
             self.params = with_light_paths(self.params, self.light_paths, self.flux);
@@ -514,14 +518,15 @@ impl Session {
         Ok(times)
     }
 
-    /// Says whether frames keep what their light paths start by where they overwrite it later, as with guided emission in a
-    /// frame before which something moved: [`Session::inspect`] can trace those of its first light paths again then. It costs
-    /// such frames a few MiB that are read back.
+    /// Sets whether frames keep the starts of light paths that they overwrite later. Guided emission overwrites starts in a
+    /// frame after a motion.
+    /// With kept starts, [`Session::inspect`] can trace the first light paths of such a frame again. Each such frame reads
+    /// back a few MiB more.
     pub fn keep_starts(&mut self, keeps: bool) {
         self.keeps_starts = keeps;
     }
 
-    /// Runs the steps of a frame, and keeps what its light paths are traced again by.
+    /// Runs the steps of a frame, and keeps the starts of its light paths.
     fn run(&mut self, params: FrameParams) -> Result<Vec<StepTime>, SessionError> {
         let steps = self.config.method.frame_steps(self.parts, &params);
         let shoot = self.parts.emission.shoot;
@@ -542,29 +547,29 @@ impl Session {
         Ok(times)
     }
 
-    /// The buffers that light paths start by, scene tables aside.
+    /// Reads the buffers that light paths start from, without scene tables.
     pub(crate) fn starts(&mut self) -> Result<Starts, SessionError> {
         let bounds = last::reads(self.parts.emission.shoot);
         let read = |bound: &'static Bound| {
             let mut bytes: Vec<u8> = self.read(bound.name)?;
-            // A device may have room for more.
+            // A device may allocate more than was requested.
             bytes.truncate(bytes.len() / bound.stride * bound.stride);
             Ok((bound.name, bytes))
         };
         bounds.map(read).collect()
     }
 
-    /// The frame before, unless the scene is another since then.
+    /// Returns the last frame, unless the scene changed since.
     pub(crate) fn last(&self) -> Option<&Last> {
         self.last.as_ref()
     }
 
-    /// What its frames are made of.
+    /// Returns the method, the parts and the features of the frames.
     pub(crate) fn made_of(&self) -> (&'static Method, Parts, Features) {
         (self.config.method, self.parts, self.features)
     }
 
-    /// If something moved, looks at the scene of today as the frame before would see it.
+    /// After a motion, traces the current scene from the camera of the frame before.
     fn look_back(&mut self) -> Result<Vec<StepTime>, SessionError> {
         let Some(frame) = self.previous_frame.filter(|_| self.moved) else { return Ok(Vec::new()) };
         let params = FrameParams {
@@ -580,10 +585,10 @@ impl Session {
         Ok(self.runner.run(&params, &steps)?)
     }
 
-    /// Takes the number of light paths that frames so far say is best for the next.
+    /// Reads the number of light paths for the next frame from the balance of earlier frames.
     fn take_light_paths(&mut self) -> Result<(), SessionError> {
         self.light_paths = self.config.first_light_paths(self.params.pixel_count());
-        // Where no frame can shoot, nothing is balanced.
+        // Without light paths there is no buffer `balance`.
         if self.kept.iter().any(|spec| spec.name == "balance") {
             let balance: Vec<Balance> = self.read("balance")?;
             if let Some(&Balance { light_paths: found @ 1.., .. }) = balance.first() {
@@ -624,7 +629,7 @@ impl Session {
         Ok(RenderedImage { width, height, path, caustics, radius, depth, photons, auxiliary })
     }
 
-    /// Reads back a buffer by its name, as the passes call it; that of the last tile, where there are several.
+    /// Reads back a buffer by its name in the passes. With several tiles, this is the buffer of the last tile.
     ///
     /// # Errors
     ///
@@ -636,14 +641,14 @@ impl Session {
         Ok(elements)
     }
 
-    /// So many elements of a buffer, which has room for those of the largest tile.
+    /// Reads the first `count` elements of a buffer, which has room for the largest tile.
     fn read_first<T: bytemuck::Pod>(&mut self, buffer: &str, count: usize) -> Result<Vec<T>, SessionError> {
         let mut elements = self.read(buffer)?;
         elements.truncate(count);
         Ok(elements)
     }
 
-    /// Shows the elements of a buffer one after another.
+    /// Passes the elements of a buffer to a function one after another.
     fn show<T: bytemuck::Pod>(&mut self, buffer: &str, mut to: impl FnMut(T)) -> Result<(), SessionError> {
         let each = &mut |bytes: &[u8]| {
             bytes.chunks_exact(size_of::<T>()).for_each(|element| to(bytemuck::pod_read_unaligned(element)));
@@ -652,7 +657,7 @@ impl Session {
         shown.map_err(|source| SessionError::Read { buffer: buffer.into(), source })
     }
 
-    /// What the kernels counted in the last frame: rays, photons, and faults such as clamped sums.
+    /// Returns the counters of the last frame: rays, photons, and faults such as clamped sums.
     pub fn counters(&mut self) -> Result<Counters, SessionError> {
         if !self.tiles.is_one() {
             return Ok(self.tiles.rendered.counters.clone());
@@ -661,10 +666,11 @@ impl Session {
         Ok(Counters::from_words(&words))
     }
 
-    /// Where the flux of the last frame's light paths went; all zero unless the session's features have `Features::LEDGER`.
+    /// Returns the energy ledger of the last frame's light paths. All zero unless the session's features have
+    /// `Features::LEDGER`.
     pub fn energy(&mut self) -> Result<EnergyLedger, SessionError> {
         if !self.tiles.is_one() {
-            // Each tile's light paths carry all of the lights' flux.
+            // Average over the tiles: the light paths of each tile carry all flux of the lights.
             return Ok(self.tiles.rendered.energy.times(1.0 / f64::from(self.tiles.count())));
         }
         let words: Vec<u32> = self.read("counters")?;
@@ -677,7 +683,8 @@ impl Session {
         self.params.exposure = stops.exp2();
     }
 
-    /// Tone-maps an image (a mean of frames, say) with the exposure of the settings: display colours from 0 to 1, row by row.
+    /// Tone-maps an image, such as a mean of frames, with the exposure of the settings. Returns display colours in [0, 1],
+    /// row by row.
     pub fn display(&mut self, image: &RenderedImage) -> Result<Vec<Vec3>, SessionError> {
         let black = vec![Vec3::ZERO; if image.caustics.is_empty() { image.path.len() } else { 0 }];
         let caustics = if image.caustics.is_empty() { &black } else { &image.caustics };

@@ -1,4 +1,4 @@
-//! Shards: the part of a run that one of several processes does.
+//! Shards: parts of a run for several processes.
 
 use std::fmt;
 use std::ops::Range;
@@ -6,26 +6,26 @@ use std::ops::Range;
 /// Part `index` of `count`, from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// Which.
+    /// Index of the part.
     pub index: u32,
-    /// Of how many.
+    /// Number of parts.
     pub count: u32,
 }
 
 impl Shard {
-    /// All of it.
+    /// The whole run.
     pub const WHOLE: Shard = Shard { index: 0, count: 1 };
 
-    /// From a text such as 2/8.
+    /// Parses a text such as 2/8.
     pub fn parse(text: &str) -> Option<Shard> {
         let (index, count) = text.split_once('/')?;
         let (index, count): (u32, u32) = (index.parse().ok()?, count.parse().ok()?);
         (1..=count).contains(&index).then(|| Shard { index: index - 1, count })
     }
 
-    /// From `--shard i/n`, else from the environment: a Slurm array's `SLURM_ARRAY_TASK_ID` of `_MIN`, `_STEP` and
-    /// `_COUNT`; where `--shards n` says how many there are, GNU parallel's `PARALLEL_SEQ` (jobs from 1 on) too. Without
-    /// `--shards`, `PARALLEL_SEQ` is not looked at: parallel sets it for jobs of any kind.
+    /// Reads the shard from `--shard i/n`, or else from the environment. A Slurm array sets `SLURM_ARRAY_TASK_ID`, `_MIN`,
+    /// `_STEP` and `_COUNT`. With `--shards n`, GNU parallel's `PARALLEL_SEQ` is read too (jobs from 1 on).
+    /// Without `--shards`, `PARALLEL_SEQ` is ignored, since parallel sets it for jobs of any kind.
     pub fn find(
         given: Option<&str>,
         count: Option<u32>,
@@ -43,7 +43,7 @@ impl Shard {
             let first = number("SLURM_ARRAY_TASK_MIN")?.unwrap_or(1);
             let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
             let tasks = number("SLURM_ARRAY_TASK_COUNT")?;
-            // Tasks that are started again are an array of their own, counted from the first of them.
+            // Restarted tasks form an array of their own, which counts from its first task.
             if let (Some(count), Some(tasks)) = (count, tasks)
                 && count != tasks
             {
@@ -69,18 +69,18 @@ impl Shard {
         }
     }
 
-    /// In names of files, which stand in the order of the shards.
+    /// Returns the shard's name in files. The names sort in the order of the shards.
     pub fn name(&self) -> String {
         let digits = self.count.to_string().len();
         format!("shard-{:0digits$}-of-{}", self.index + 1, self.count)
     }
 
-    /// Whether it is a part, and not all.
+    /// Whether the shard is a part of a run instead of the whole.
     pub fn is_part(&self) -> bool {
         self.count > 1
     }
 
-    /// Its part of the frames of a run; an error where there are fewer frames than parts.
+    /// Returns the shard's frames of a run. An error if there are fewer frames than parts.
     pub fn frames(&self, all: Range<u32>) -> Result<Range<u32>, String> {
         if self.count as usize > all.len() {
             let (Shard { count, .. }, frames) = (self, all.len());
@@ -92,14 +92,14 @@ impl Shard {
         Ok(all.start + part.start as u32..all.start + part.end as u32)
     }
 
-    /// Its part of a list: neighbours stay together, since they share references and take turns.
+    /// Returns the shard's range of a list. Neighbours stay together, since they share references and take turns.
     pub fn part(&self, length: usize) -> Range<usize> {
         let at = |index: u32| (length as u64 * u64::from(index) / u64::from(self.count)) as usize;
         at(self.index)..at(self.index + 1)
     }
 }
 
-/// As [`Shard::parse`] reads it.
+/// Writes the format that [`Shard::parse`] reads.
 impl fmt::Display for Shard {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "{}/{}", self.index + 1, self.count)

@@ -1,8 +1,8 @@
-//! Threads of a process that may not have one for each core: its number of processes is limited (`ulimit -u`, the pids of a
-//! container), or its address space.
+//! Thread pools of a process that cannot have a thread for each core. Its number of processes may be limited (`ulimit -u`,
+//! the pids of a container), or its address space.
 //!
-//! Threads are started before their pool is built: a pool that fails halfway does not tell how many there could be, and that of the
-//! process is built once.
+//! Threads are started before their pool is built, for two reasons. A pool that fails halfway does not report the possible
+//! number of threads. The process's pool can be built only once.
 
 use std::num::NonZero;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,38 +12,39 @@ use std::time::Duration;
 
 use rayon::{ThreadBuilder, ThreadPool, ThreadPoolBuilder};
 
-/// Time after which the system no longer counts a thread that has ended.
+/// Time after which the system no longer counts an ended thread.
 const REAPED: Duration = Duration::from_millis(20);
-/// Whether this process may have fewer threads than it wants, so that each counts.
+/// Whether this process may have fewer threads than it requested, so that each counts.
 static IS_SHORT: AtomicBool = AtomicBool::new(false);
 
-/// Fewer threads than were asked for.
+/// Error: fewer threads than requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the system lets this process start {started} of {wanted} threads; raise its limit of processes (ulimit -u, the pids of a \
      container) or of address space (ulimit -v)"
 )]
 pub struct TooFew {
-    /// Threads that can be started.
+    /// Number of threads that can be started.
     pub started: usize,
-    /// Threads that were asked for.
+    /// Number of threads that were requested.
     pub wanted: usize,
 }
 
-/// Makes the pool that this process computes in, of a thread for each core or of as many as there can be, one of which is left to
-/// wait for Ctrl-C; without any, the calling thread computes alone. A process calls it once, before it computes anything.
+/// Builds the process's pool with a thread for each core, or with as many as possible. It leaves one thread to wait for
+/// Ctrl-C. Without any thread, the calling thread computes alone.
+/// A process calls it once, before any computation.
 ///
 /// # Errors
 ///
-/// If there are fewer threads than cores; the pool is made nevertheless.
+/// If there are fewer threads than cores. The pool is built nevertheless.
 pub fn prepare() -> Result<(), TooFew> {
-    // One more, which makes room for that of Ctrl-C.
+    // Start one more thread, to make room for the one of Ctrl-C.
     let wanted = cores() + 1;
     let mut waiting = Waiting::start(wanted);
     let started = waiting.0.len();
     IS_SHORT.store(started < wanted, Ordering::Relaxed);
     end(waiting.0.split_off(started.saturating_sub(1)));
-    // Of a pool that is there already all is as it was.
+    // An existing pool stays unchanged.
     let _ = match waiting.0.len() {
         0 => ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global(),
         count => {
@@ -53,7 +54,7 @@ pub fn prepare() -> Result<(), TooFew> {
     if started < wanted { Err(TooFew { started, wanted }) } else { Ok(()) }
 }
 
-/// A pool of so many threads, 0 being one for each core, or of as many as there can be; `None` without any.
+/// Builds a pool of this number of threads (0: one for each core), or of as many as possible. `None` without any.
 pub fn pool(threads: usize) -> Option<ThreadPool> {
     let waiting = Waiting::start(if threads == 0 { cores() } else { threads });
     let count = waiting.0.len();
@@ -61,11 +62,11 @@ pub fn pool(threads: usize) -> Option<ThreadPool> {
     if count == 0 { None } else { builder.build().ok() }
 }
 
-/// Checks that so many threads can be started beside those that run.
+/// Checks that this number of threads can be started beside the running ones.
 ///
 /// # Errors
 ///
-/// If there are fewer.
+/// If fewer can be started.
 pub fn check(wanted: usize) -> Result<(), TooFew> {
     let waiting = Waiting::start(wanted);
     let started = waiting.0.len();
@@ -73,21 +74,21 @@ pub fn check(wanted: usize) -> Result<(), TooFew> {
     if started < wanted { Err(TooFew { started, wanted }) } else { Ok(()) }
 }
 
-/// Threads that a pool has where nobody says.
+/// Returns the default number of threads of a pool.
 fn cores() -> usize {
     let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|number| number.parse().ok());
     asked.filter(|number| *number > 0).unwrap_or(thread::available_parallelism().map_or(1, NonZero::get))
 }
 
-/// A thread that waits to become one of a pool.
+/// Thread that waits to join a pool.
 type Thread = (Sender<ThreadBuilder>, JoinHandle<()>);
 
-/// Ends threads, so that others can be started in their place.
+/// Ends threads, so that others can be started instead.
 fn end(threads: Vec<Thread>) {
     let (senders, handles): (Vec<_>, Vec<_>) = threads.into_iter().unzip();
     drop(senders);
     for handle in handles {
-        // It has nothing to panic for.
+        // The thread cannot panic.
         let _ = handle.join();
     }
     if IS_SHORT.load(Ordering::Relaxed) {
@@ -95,11 +96,11 @@ fn end(threads: Vec<Thread>) {
     }
 }
 
-/// Threads that wait to become those of a pool.
+/// Threads that wait to join a pool.
 struct Waiting(Vec<Thread>);
 
 impl Waiting {
-    /// Starts so many, or as many as there can be.
+    /// Starts this number of threads, or as many as possible.
     fn start(wanted: usize) -> Waiting {
         let mut threads = Vec::new();
         for id in 0..wanted {
@@ -117,7 +118,7 @@ impl Waiting {
         Waiting(threads)
     }
 
-    /// Gives a thread to each that a pool wants to start.
+    /// Returns a spawn handler that passes the waiting threads to a pool.
     fn into_handler(self) -> impl FnMut(ThreadBuilder) -> std::io::Result<()> {
         let mut threads = self.0.into_iter();
         move |thread| {
@@ -132,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pool_has_the_threads_that_were_asked_for() {
+    fn a_pool_has_the_requested_number_of_threads() {
         for threads in [1, 3] {
             let pool = pool(threads).unwrap();
             assert_eq!(pool.current_num_threads(), threads);

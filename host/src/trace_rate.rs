@@ -1,4 +1,4 @@
-//! The speed of a tracer alone.
+//! Speed of a runner's tracer.
 
 use bytemuck::cast_slice;
 use caustics_kernels::interface::features::Features;
@@ -15,8 +15,8 @@ use crate::session::{RunnerChoice, SessionError, open};
 use caustics_kernels::declare::{Step, buffers};
 use caustics_scene::{Scene, SceneCamera};
 
-/// Closest hits per second of a runner's tracer alone, on incoherent rays: from the camera paths' vertices of a small
-/// image into random directions. The best of several rounds.
+/// Measures closest hits per second of a runner's tracer on incoherent rays. The rays start at the camera paths' vertices
+/// of a small image and have random directions. Returns the best of five rounds.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! What a pose changes in a scene's tables, written to a runner.
+//! Upload of a pose's changes to the tables of a runner.
 
 use bytemuck::{NoUninit, cast_slice};
 use caustics_kernels::interface::environment::Environment;
@@ -10,18 +10,18 @@ use caustics_scene::Scene;
 use caustics_scene::instanced::InstanceTransform;
 use caustics_scene::mesh::Mesh;
 
-/// What a runner holds of the pose before.
+/// Tables of the last pose that a runner received.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Upload {
     lights: Vec<Light>,
     environment: Vec<Environment>,
     instance_transforms: Vec<InstanceTransform>,
-    /// Triangles of each mesh that is deformed.
+    /// Triangles of each deformed mesh.
     deformed: Vec<Vec<Triangle>>,
 }
 
 impl Upload {
-    /// For a runner that was opened with this scene at this pose.
+    /// Starts from a runner that was opened with this scene in this pose.
     pub fn new(scene: &Scene) -> Upload {
         if !scene.is_animated() {
             return Upload::default();
@@ -36,7 +36,7 @@ impl Upload {
         }
     }
 
-    /// Writes what the pose at hand changed; whether it changed anything.
+    /// Writes the changes of the current pose, and returns whether there were any.
     ///
     /// # Errors
     ///
@@ -48,7 +48,7 @@ impl Upload {
         let now = Upload::new(scene);
         if now.lights != self.lights {
             runner.write("lights", cast_slice(&scene.lights))?;
-            // The rows of all that emit, from the first to the last, say which light they are.
+            // The records of all emitters, from the first to the last, hold their light id.
             let emitters = scene.emitters.iter().map(|emitter| emitter.triangle as usize);
             if let Some((first, last)) = emitters.clone().min().zip(emitters.max()) {
                 write_records(runner, "surfaces", &scene.surfaces, first..last + 1)?;
@@ -83,13 +83,13 @@ impl Upload {
     }
 }
 
-/// Meshes that are deformed, by their index.
+/// Returns the deformed meshes with their indices.
 fn deformed(scene: &Scene) -> impl Iterator<Item = (usize, &Mesh)> {
     let meshes = scene.instanced.meshes.iter().enumerate();
     meshes.filter(|(_, mesh)| mesh.deformation.is_some())
 }
 
-/// Writes some records of a table.
+/// Writes a range of a table's records.
 fn write_records<T: NoUninit>(
     runner: &mut dyn Runner,
     table: &str,

@@ -1,10 +1,11 @@
-//! The only unsafe host code: Vulkan through ash. May import `caustics_kernels::interface`, nothing else of ours.
+//! Vulkan through ash: the only unsafe host code. May import `caustics_kernels::interface`, nothing else of ours.
 //!
-//! A [`context::Context`] is a device opened for compute; everything else keeps it alive. Each `buffer` takes its bytes
-//! of `memory`, [`reflection`] reads what the entry points of a [`module`] bind, [`passes`] has them compiled, once a process
-//! (`pipeline`), and binds buffers to them by name (`bound`), `structure` builds acceleration structures, and `frame`
-//! records steps into one command buffer, runs and times it. [`executable`] compiles an entry point to see what it
-//! becomes, and runs nothing.
+//! A [`context::Context`] is a device opened for compute; all other objects keep it alive. `memory` allocates the bytes of
+//! each `buffer`. `structure` builds acceleration structures.
+//! [`reflection`] reads the bindings of the entry points of a [`module`]. [`passes`] compiles them once a process
+//! (`pipeline`) and binds buffers to them by name (`bound`).
+//! `frame` records steps into one command buffer, runs it and measures its time. [`executable`] compiles an entry point to
+//! inspect the result, and runs nothing.
 
 pub(crate) mod bound;
 pub(crate) mod buffer;

@@ -1,22 +1,22 @@
-//! Panics of other people's decoders, caught without a word.
+//! Silent recovery from panics of third-party decoders.
 
 use std::cell::Cell;
 use std::panic::{UnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::Once;
 
 thread_local! {
-    /// Number of calls of [`caught`] that this thread is in.
+    /// Number of nested calls of [`caught`] on this thread.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
 }
 
-/// Returns what `decode` returns, or none if it panics, of which nothing is printed: the caller says what is wrong with the
-/// input. Panics of other threads, and those after the call, are reported as ever.
+/// Returns the result of `decode`, or `None` if it panics. The panic prints nothing; the caller reports the damaged input.
+/// Panics on other threads and after the call are reported by the previous hook.
 pub fn caught<T>(decode: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let report = take_hook();
         set_hook(Box::new(move |panic| {
-            // A thread that is ending has no count any more.
+            // The count is gone while its thread ends.
             if DEPTH.try_with(Cell::get).unwrap_or(0) == 0 {
                 report(panic);
             }
@@ -28,7 +28,7 @@ pub fn caught<T>(decode: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
     decoded.ok()
 }
 
-/// Returns the result of a decoder, or an error of this text if it panics.
+/// Returns the result of a decoder, or the error `damaged` if the decoder panics.
 pub fn decoded<T>(
     decode: impl FnOnce() -> Result<T, String> + UnwindSafe,
     damaged: &str,
@@ -47,7 +47,7 @@ mod tests {
         assert_eq!(decoded(|| -> Result<u32, String> { panic!("hidden") }, "damaged"), Err("damaged".into()));
     }
 
-    /// Panics in a process of its own, whose output the test below reads.
+    /// Child process of the next test, which reads this process's output.
     #[test]
     #[ignore = "started by the test below"]
     fn child() {
@@ -56,7 +56,7 @@ mod tests {
         std::thread::scope(|scope| {
             scope.spawn(|| {
                 ready.wait();
-                // While the other thread is inside of a call
+                // Panic while the other thread is inside of `caught`.
                 assert!(catch_unwind(|| panic!("shown of another thread")).is_err());
                 go.wait();
             });

@@ -1,4 +1,4 @@
-//! Arrays of TOML files: serde's own take one that is too long, and drop what is too much of it.
+//! TOML arrays of an exact length. serde's own arrays accept one that is too long and drop the surplus.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-/// An array of N elements, neither fewer nor more.
+/// Array of exactly N elements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exact<T, const N: usize>(pub [T; N]);
 
@@ -16,22 +16,22 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exact<T, N> 
     }
 }
 
-/// Reads such an array as the field of a structure.
+/// Reads an array of N elements as the field of a structure.
 ///
 /// # Errors
 ///
-/// If it has another length, or an element that is none.
+/// If the array has another length, or an element is not a `T`.
 pub fn array<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
     array: D,
 ) -> Result<[T; N], D::Error> {
     Exact::deserialize(array).map(|Exact(array)| array)
 }
 
-/// Reads such an array as a field that need not be there.
+/// Reads an array of N elements as an optional field.
 ///
 /// # Errors
 ///
-/// Those of `array`.
+/// The errors of `array`.
 pub fn optional<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
     array: D,
 ) -> Result<Option<[T; N]>, D::Error> {

@@ -1,7 +1,8 @@
-//! Reads files that others made: only regular files, whole or refused, and never a file whose reading may not end.
+//! Bounded reading of files from any source. Only regular files are read: whole, or refused, so that no read blocks
+//! forever.
 //!
-//! Every reader of the program goes through [`open`], [`read_file`], [`read_head`] or [`read_text`]; only `memory` and `machine`
-//! ask the system about itself.
+//! Every reader of the program goes through [`open`], [`read_file`], [`read_head`] or [`read_text`]. The exceptions are
+//! `memory` and `machine`, which read the system's own files.
 
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
@@ -9,49 +10,49 @@ use std::path::Path;
 
 use crate::memory;
 
-/// Files from this size on are compared with the memory that is there (bytes).
+/// Size from which a file is compared with the available memory (bytes).
 const LARGE: u64 = 1 << 24;
 
-/// The bytes of a regular file. Refuses pipes, devices and files that the system makes up as they are read, which may never
-/// end, and files that memory does not hold.
+/// Returns the bytes of a regular file. Pipes, devices and files that the system generates on reading are refused, since
+/// they may never end. A file larger than the available memory is refused too.
 ///
 /// # Errors
 ///
-/// If the file cannot be read, or is refused.
+/// If the file cannot be read or is refused.
 pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     read_head(path, u64::MAX)
 }
 
-/// Reads at most this many bytes of a file, from its beginning.
+/// Reads at most `max_bytes` bytes from the beginning of a file.
 ///
 /// # Errors
 ///
-/// Those of [`read_file`].
+/// The errors of [`read_file`].
 pub fn read_head(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     read_open(&open(path)?, max_bytes)
 }
 
-/// Opens a regular file for reading. Neither this nor reading it waits for anybody.
+/// Opens a regular file for reading. Opening and reading it never wait for another process.
 ///
 /// # Errors
 ///
-/// If the file cannot be opened, or is no regular file of a drive.
+/// If the file cannot be opened, or is not a regular file of a drive.
 pub fn open(path: &Path) -> Result<File> {
-    // Opening a device may do something to it.
+    // Check the kind first: opening a device may have side effects.
     check_kind(&std::fs::metadata(path)?)?;
     let mut options = OpenOptions::new();
     let file = unwaiting(options.read(true)).open(path)?;
-    // What is there may be another by now.
+    // Check again: the path may name another file by now.
     check_kind(&file.metadata()?)?;
     check_drive(&file)?;
     Ok(file)
 }
 
-/// Reads at most this many bytes of a file that [`open`] opened, and no more than it had then.
+/// Reads at most `max_bytes` bytes of a file from [`open`], up to the length that the file has at the call.
 ///
 /// # Errors
 ///
-/// If the system cannot read it, or memory does not hold it.
+/// If the system cannot read the file, or the file is larger than the available memory.
 pub fn read_open(file: &File, max_bytes: u64) -> Result<Vec<u8>> {
     let length = file.metadata()?.len().min(max_bytes);
     if length > LARGE
@@ -67,16 +68,16 @@ pub fn read_open(file: &File, max_bytes: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The text of a regular file.
+/// Returns the text of a regular file.
 ///
 /// # Errors
 ///
-/// Those of [`read_file`], or if it is no UTF-8 text.
+/// The errors of [`read_file`], and an error if the file is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read_file(path)?).map_err(|_| Error::new(ErrorKind::InvalidData, "it is no UTF-8 text"))
 }
 
-/// Options that open a pipe without waiting for its other end.
+/// Adds flags by which opening a pipe does not wait for its other end.
 fn unwaiting(options: &mut OpenOptions) -> &mut OpenOptions {
     #[cfg(unix)]
     {
@@ -93,8 +94,8 @@ fn check_kind(about: &Metadata) -> Result<()> {
     if about.is_file() { Ok(()) } else { Err(Error::new(ErrorKind::InvalidInput, "it is not a file")) }
 }
 
-/// Kinds of drives whose files the kernel makes up as they are read [statfs(2), linux/magic.h]: some wait for events and call
-/// themselves regular files all the same, as /proc/kmsg and /sys/kernel/tracing/trace_pipe do.
+/// Magic numbers of file systems whose files the kernel generates on reading [statfs(2), linux/magic.h]. Some of these
+/// files count as regular files and wait for events: /proc/kmsg, /sys/kernel/tracing/trace_pipe.
 #[cfg(target_os = "linux")]
 const MADE_UP: [u32; 22] = [
     0x0000_9fa0, // proc
@@ -121,7 +122,7 @@ const MADE_UP: [u32; 22] = [
     0x6e73_6673, // namespaces
 ];
 
-/// Refuses files that the system makes up.
+/// Refuses files that the system generates on reading.
 #[cfg(target_os = "linux")]
 fn check_drive(file: &File) -> Result<()> {
     // Sign and width of the number differ between platforms.
@@ -133,7 +134,7 @@ fn check_drive(file: &File) -> Result<()> {
     Ok(())
 }
 
-/// Elsewhere devices are what looks like them.
+/// Accepts every drive: other systems do not present devices as regular files.
 #[cfg(not(target_os = "linux"))]
 fn check_drive(_: &File) -> Result<()> {
     Ok(())
@@ -144,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn regular_files_are_read_and_nothing_else() {
+    fn regular_files_are_read_and_all_other_kinds_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         std::fs::write(&path, "abc").unwrap();
@@ -161,10 +162,10 @@ mod tests {
         }
     }
 
-    /// Some of them are regular files by what the system says of them.
+    /// The system reports some of these files as regular files.
     #[cfg(target_os = "linux")]
     #[test]
-    fn files_that_the_system_makes_up_are_refused_at_once() {
+    fn files_that_the_system_generates_are_refused_at_once() {
         let all = [
             "/proc/kmsg",
             "/proc/self/status",
@@ -181,7 +182,7 @@ mod tests {
         }
         let error = read_file(Path::new("/proc/self/status")).unwrap_err().to_string();
         assert!(error.contains("the system makes it up"), "{error}");
-        // A link does not hide it, and a link of theirs to a file of a drive is that file.
+        // A link to a generated file is refused. A link of /proc to a file of a drive is read as that file.
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("status");
         std::os::unix::fs::symlink("/proc/self/status", &link).unwrap();
@@ -195,22 +196,22 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_pipe_that_nobody_writes_is_refused_at_once() {
+    fn a_pipe_without_a_writer_is_refused_at_once() {
         let folder = tempfile::tempdir().unwrap();
         let pipe = folder.path().join("pipe");
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         assert_eq!(open(&pipe).unwrap_err().kind(), ErrorKind::InvalidInput);
-        // Where it takes the place of a file between two looks, opening does not wait either.
+        // Opening does not wait either where a pipe replaces the file between two checks.
         assert!(unwaiting(OpenOptions::new().read(true)).open(&pipe).is_ok());
         assert!(unwaiting(OpenOptions::new().write(true)).open(folder.path().join("pipe")).is_err());
     }
 
     #[test]
     fn a_file_beyond_memory_is_refused_before_it_is_read() {
-        // A sparse file: it has a length and takes no room.
+        // A sparse file has a length and takes no room.
         let file = tempfile::NamedTempFile::new().unwrap();
         if file.as_file().set_len(1 << 50).is_err() || memory::available().is_none() {
-            return; // The file system has a lower limit, or the system says nothing of its memory.
+            return; // The file system has a lower limit, or the system does not report its memory.
         }
         let error = read_file(file.path()).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::OutOfMemory);

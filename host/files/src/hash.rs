@@ -1,22 +1,24 @@
-//! Hashes by which scenes, runs and files are recognised.
+//! Hashes that identify scenes, runs and files.
 //!
-//! [`Digest`] is BLAKE3 of 256 bits: nobody can make a second scene, or two scenes, of one hash. Whatever is trusted because of
-//! its name (a BVH of the cache, a reference, a checkpoint, a result) is named by it. [`fnv1a`] only finds modules of kernels
-//! that are not whole: the builder writes it into `kernels.lock` beside them, and whoever writes a module writes its lock too.
+//! [`Digest`] is BLAKE3 of 256 bits, for which a second scene of the same hash cannot be constructed. It names everything
+//! that is trusted by its name: a BVH of the cache, a reference, a checkpoint, a result.
+//! [`fnv1a`] only finds incomplete modules of kernels. The builder writes it into `kernels.lock` beside them, and a program
+//! that replaces a module can replace its lock too.
 
 use blake3::Hasher;
 
-/// Bytes from which on all threads hash together.
+/// Size of a part from which all threads hash together (bytes).
 const MANY: usize = 1 << 17;
-/// Digits of a [`Digest`].
+/// Number of hexadecimal digits of a [`Digest`].
 pub const DIGITS: usize = 64;
 
-/// BLAKE3 of parts. Each part counts with its length, so that no byte can move from one to the next.
+/// BLAKE3 of a list of parts. The length of each part is hashed too, so that moving a byte between parts changes the
+/// digest.
 #[derive(Clone, Debug, Default)]
 pub struct Digest(Hasher);
 
 impl Digest {
-    /// The digest of these parts, in hexadecimal digits.
+    /// Returns the digest of these parts in hexadecimal digits.
     pub fn hex<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
         let mut digest = Digest::default();
         parts.into_iter().for_each(|part| digest.add(part));
@@ -33,7 +35,7 @@ impl Digest {
         };
     }
 
-    /// All parts in hexadecimal digits.
+    /// Returns the digest of all parts in hexadecimal digits.
     pub fn finish(&self) -> String {
         self.0.finalize().to_hex().to_string()
     }
@@ -58,7 +60,7 @@ mod tests {
 
     #[test]
     fn digest_is_blake3_of_parts_with_their_lengths() {
-        // The first is the known value of the algorithm's authors for no input.
+        // The expected digest of no input is published by the algorithm's authors.
         assert_eq!(
             Digest::default().finish(),
             "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262"

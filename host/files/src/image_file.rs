@@ -1,4 +1,4 @@
-//! Images read back: the channels of an EXR file, or the colours of a PNG file.
+//! Reads images back: the channels of an EXR file, or the colours of a PNG file.
 
 mod channels;
 mod exr;
@@ -13,30 +13,30 @@ use crate::file::read_file;
 
 pub use self::channels::{Channels, Encoding};
 
-/// Why a file gives no image.
+/// Error of reading an image file.
 #[derive(Debug, Error)]
 pub enum ImageError {
-    /// The system cannot read it.
+    /// The system cannot read the file.
     #[error("cannot read {}: {source}; check the path", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// It is neither EXR nor PNG, or damaged.
+    /// The file is neither EXR nor PNG, or it is damaged.
     #[error("{}: {what}; give a flat EXR file or a PNG file", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the damage.
         what: String,
     },
 }
 
 impl Channels {
-    /// Reads a flat EXR file with any channels (16 or 32 bits), or a PNG file as `R`, `G`, `B`; the first bytes tell
-    /// which it is.
+    /// Reads a flat EXR file with any channels (16 or 32 bits), or a PNG file as `R`, `G`, `B`. The first bytes decide
+    /// between the formats.
     pub fn read(path: &Path) -> Result<Channels, ImageError> {
         let read = read_file(path);
         let bytes = read.map_err(|source| ImageError::Read { path: path.into(), source })?;
@@ -47,7 +47,7 @@ impl Channels {
     ///
     /// # Errors
     ///
-    /// If the bytes are neither, are damaged, or would take more memory than is available; the text says what is wrong.
+    /// If the bytes are neither format, are damaged, or would take more memory than is available. The text names the cause.
     pub fn decode(bytes: &[u8]) -> Result<Channels, String> {
         if bytes.starts_with(&exr::MAGIC) {
             exr::decode(bytes)

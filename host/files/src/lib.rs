@@ -1,5 +1,5 @@
-//! Files: images, checkpoints and files of others, read within the memory that there is, written whole or not at all. Text of others
-//! is made harmless for terminals and shells.
+//! Files: images, checkpoints and files of any source. Reading stays within the available memory; files are written whole
+//! or not at all. Text of unknown origin is made harmless for terminals and shells.
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 #![forbid(unsafe_code)]

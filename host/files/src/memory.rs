@@ -1,18 +1,19 @@
-//! How much memory there is, and what would take more.
+//! Available memory, and estimates of the memory that parsing takes.
 
 use std::fmt;
 use std::path::Path;
 
-/// Memory that no estimate may give out (bytes): for stacks of threads, and for what is too small to be estimated.
+/// Memory that estimates may not use (bytes): for stacks of threads and small allocations.
 const RESERVE: u64 = 4 << 20;
 
-/// Memory that this process can still take (bytes): of the machine, of every control group around it (a container's limit),
-/// and of its address space, without a reserve for small allocations. None where the system does not say.
+/// Returns the memory that this process can still take (bytes), less a reserve for small allocations. It is the minimum
+/// over the machine, every control group around the process (a container's limit), and the address space. `None` where the
+/// system does not report it.
 pub fn available() -> Option<u64> {
     available_in(Path::new("/")).map(|bytes| bytes.saturating_sub(RESERVE))
 }
 
-/// Memory that a process can still take (bytes), as a file system with these root folders tells it.
+/// Returns the memory that a process can still take (bytes), read from the system's files below `root`.
 fn available_in(root: &Path) -> Option<u64> {
     let read = |path: &Path| std::fs::read_to_string(root.join(path)).ok();
     let proc = |name: &str| read(&Path::new("proc").join(name));
@@ -25,18 +26,18 @@ fn available_in(root: &Path) -> Option<u64> {
     machine.into_iter().chain(space).chain(groups).min()
 }
 
-/// A control group's path and the names of what it tells, by the version of the interface.
+/// Control group of a process: its path, and the names of its files in this version of the interface.
 struct Group<'a> {
     root: &'static str,
     path: &'a Path,
     limit: &'static str,
     used: &'static str,
-    /// Pages of files, which the kernel takes back when memory is short.
+    /// Page cache, which the kernel reclaims when memory is short.
     files: [&'static str; 2],
 }
 
 impl<'a> Group<'a> {
-    /// The group of a line of /proc/self/cgroup, if it is one of memory.
+    /// Parses a line of /proc/self/cgroup. `None` unless the line names a group of memory.
     fn find(line: &'a str) -> Option<Group<'a>> {
         let (_, rest) = line.split_once(':')?;
         let (controllers, path) = rest.split_once(':')?;
@@ -54,7 +55,8 @@ impl<'a> Group<'a> {
         }
     }
 
-    /// What it and all groups around it leave (bytes). A container sees its own group at the root, whatever its path.
+    /// Returns the memory that this group and all groups around it leave (bytes). A container sees its own group at the
+    /// root, whatever the group's path.
     fn available(&self, read: &impl Fn(&Path) -> Option<String>) -> Option<u64> {
         let left = |path: &Path| {
             let file = |name: &str| read(&Path::new(self.root).join(path).join(name));
@@ -69,34 +71,34 @@ impl<'a> Group<'a> {
     }
 }
 
-/// The number behind a name at the beginning of a line.
+/// Returns the number behind a name at the beginning of a line.
 pub fn field(text: &str, name: &str) -> Option<u64> {
     let rest = text.lines().find_map(|line| line.strip_prefix(name))?;
     rest.split_whitespace().next()?.parse().ok()
 }
 
-/// Memory that was there and is given out by estimates, before any of it is asked for.
+/// Budget of memory: the bytes that were available at the start, less the estimates that were taken.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     left: u64,
 }
 
-/// More would be taken than is there.
+/// Error: an estimate exceeds the available memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Short {
-    /// Wanted (bytes).
+    /// Estimated need (bytes).
     pub needed: u64,
-    /// Left (bytes).
+    /// Available memory (bytes).
     pub available: u64,
 }
 
 impl Budget {
-    /// All that is available; endless where the system does not say.
+    /// Starts with all available memory. The budget is unlimited where the system does not report it.
     pub fn new() -> Budget {
         Budget { left: available().unwrap_or(u64::MAX) }
     }
 
-    /// Gives out some bytes.
+    /// Takes bytes from the budget.
     pub fn take(&mut self, bytes: u64) -> Result<(), Short> {
         let short = Short { needed: bytes, available: self.left };
         self.left = self.left.checked_sub(bytes).ok_or(short)?;
@@ -118,26 +120,26 @@ impl fmt::Display for Short {
     }
 }
 
-/// Needs below this are not compared with the memory that is there (bytes): asking the system takes some 50 us.
+/// Size below which an estimate is not compared with the available memory (bytes). Querying the system takes about 50 us.
 const SMALL: u64 = 1 << 18;
 
-/// Checks that there are so many bytes, before they are asked for.
+/// Checks an estimate of a need (bytes) against the available memory, before anything is allocated.
 ///
 /// # Errors
 ///
-/// If there are not; where the system does not say, all is let through.
+/// If less memory is available. Where the system does not report it, all needs pass.
 pub fn check(bytes: u64) -> Result<(), Short> {
     if bytes < SMALL { Ok(()) } else { Budget::new().take(bytes) }
 }
 
-/// Memory that a token of a text takes while it is read as TOML (bytes). Measured as the growth of the peak of a process with texts
-/// of one kind of line: 115 of dots, 78 of lists of numbers, at most.
+/// Memory that a token takes while a text is parsed as TOML (bytes), rounded up. Measured as the growth of a process's peak
+/// with texts of one kind of line. The maximum is 115 for dots and 78 for lists of numbers.
 const TOML_TOKEN_BYTES: u64 = 120;
-/// Memory that a key takes beside its tokens, and each table that dots make (bytes). Measured the same way: 714 to 927 of keys of inline
-/// tables, 685 of lines, 895 of headers.
+/// Memory that a key takes beside its tokens, and each table that dots make (bytes). Measured in the same way: 714 to 927
+/// for keys of inline tables, 685 for lines, 895 for headers.
 const TOML_TABLE_BYTES: u64 = 930;
 
-/// Memory that a text takes while it is read as TOML, at most about (bytes).
+/// Upper estimate of the memory that parsing a text as TOML takes (bytes).
 pub fn toml_parse_bytes(text: &str) -> u64 {
     let text = text.as_bytes();
     let is_next = |mut at: usize, wanted: u8| {
@@ -155,7 +157,7 @@ pub fn toml_parse_bytes(text: &str) -> u64 {
             at += 1;
         }
         if at > start {
-            // A number has one dot, and is neither a key nor the name of a table.
+            // A number has one dot and is neither a key nor the name of a table.
             let is_number = dots == 1 && matches!(text[start], b'0'..=b'9' | b'+' | b'-');
             tables += if is_number && !is_header && !is_next(at, b'=') { 0 } else { dots };
             continue;
@@ -169,17 +171,17 @@ pub fn toml_parse_bytes(text: &str) -> u64 {
     tokens(text) * TOML_TOKEN_BYTES + tables * TOML_TABLE_BYTES + 2 * text.len() as u64
 }
 
-/// Memory that a token of a text takes while it is read as JSON of a known structure (bytes). Measured as that of TOML: 36 of lists of
-/// numbers, 45 of keys, at most.
+/// Memory that a token takes while a text is parsed as JSON of a known structure (bytes), rounded up. Measured as for TOML:
+/// at most 36 for lists of numbers and 45 for keys.
 const JSON_TOKEN_BYTES: u64 = 50;
 
-/// Memory that a text takes while it is read as JSON of a known structure, at most about (bytes).
+/// Upper estimate of the memory that parsing a text as JSON of a known structure takes (bytes).
 pub fn json_parse_bytes(text: &[u8]) -> u64 {
     tokens(text) * JSON_TOKEN_BYTES + 2 * text.len() as u64
 }
 
-/// Memory that a text takes as a tree of all its JSON, at most about (bytes): the least node of the tree that holds an object's members
-/// has 632, any value 32.
+/// Upper estimate of the memory that a text takes as a tree of JSON values (bytes). The smallest node that holds an
+/// object's members has 632 bytes, a value 32.
 pub fn json_tree_bytes(text: &[u8]) -> u64 {
     let (mut objects, mut values) = (0, 0);
     for byte in text {
@@ -189,10 +191,10 @@ pub fn json_tree_bytes(text: &[u8]) -> u64 {
     700 * objects + 64 * values + text.len() as u64
 }
 
-/// Class of bytes that words are made of.
+/// Class of the bytes that form words.
 const WORD: u8 = 1;
 
-/// Classes of bytes: signs and white space are 0.
+/// Class of each byte; signs and white space are 0.
 const CLASS: [u8; 256] = {
     let mut classes = [WORD; 256];
     let mut byte = 0;
@@ -205,19 +207,19 @@ const CLASS: [u8; 256] = {
     classes
 };
 
-/// Tokens of a text, at most: each sign, and each word.
+/// Returns the maximum number of tokens of a text: each sign and each word.
 fn tokens(text: &[u8]) -> u64 {
     let (mut count, mut before) = (0, 0);
     for &byte in text {
         let class = CLASS[usize::from(byte)];
-        // A word begins where none was.
+        // Count a word at its first byte.
         count += u64::from(class != WORD || before != WORD);
         before = class;
     }
     count
 }
 
-/// A number of bytes as people say it.
+/// Formats a number of bytes with a unit.
 pub fn shown(bytes: u64) -> String {
     match bytes {
         0..0x40_0000 => format!("{} KiB", bytes.div_ceil(1 << 10)),
@@ -230,7 +232,7 @@ pub fn shown(bytes: u64) -> String {
 mod tests {
     use super::*;
 
-    /// A machine of these files.
+    /// Returns the available memory of a machine with these files.
     fn machine(files: &[(&str, &str)]) -> Option<u64> {
         let root = tempfile::tempdir().unwrap();
         for (name, text) in files {
@@ -245,7 +247,7 @@ mod tests {
         ("proc/meminfo", "MemTotal: 9000 kB\nMemFree: 1 kB\nMemAvailable: 8000 kB\n");
 
     #[test]
-    fn the_least_of_machine_container_and_address_space_counts() {
+    fn available_memory_is_the_minimum_of_machine_container_and_address_space() {
         assert_eq!(machine(&[]), None);
         assert_eq!(machine(&[MEMINFO]), Some(8000 << 10));
 
@@ -258,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_of_both_versions_count_with_all_around_them() {
+    fn control_groups_of_both_versions_limit_memory_with_all_their_ancestors() {
         let of_v2 = ("proc/self/cgroup", "0::/a/b\n");
         let inner = [
             MEMINFO,
@@ -270,7 +272,7 @@ mod tests {
             ("sys/fs/cgroup/a/memory.stat", "anon 1\nactive_file 100\ninactive_file 200\n"),
         ];
         assert_eq!(machine(&inner), Some(2300));
-        // In a container, the group's path is not to be seen.
+        // A container does not see the folder of its group's path.
         let container = [of_v2, ("sys/fs/cgroup/memory.max", "700"), ("sys/fs/cgroup/memory.current", "800")];
         assert_eq!(machine(&container), Some(0));
 
@@ -286,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn texts_count_by_what_they_make() {
+    fn parse_estimates_count_tokens_tables_and_objects() {
         let [line, dotted, number] = ["a = 1\n", "a.b = 1\n", "a = 0.1\n"].map(toml_parse_bytes);
         assert_eq!(dotted - line, 2 * TOML_TOKEN_BYTES + TOML_TABLE_BYTES + 4);
         assert_eq!(number - line, 2 * TOML_TOKEN_BYTES + 4);
@@ -300,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn this_machine_says_how_much_there_is_and_a_budget_ends() {
+    fn this_machine_reports_its_memory_and_a_budget_runs_out() {
         #[cfg(target_os = "linux")]
         assert!(available().unwrap() > 1 << 20);
         let mut budget = Budget { left: 10 };

@@ -1,4 +1,4 @@
-//! Images to files: EXR with every layer, PNG for people. No file is ever half-written.
+//! Writes images: EXR with every layer, PNG for viewing. A file appears whole or not at all.
 
 pub mod attributes;
 mod error;

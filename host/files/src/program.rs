@@ -1,4 +1,5 @@
-//! Build of the program that uses this library. Files name it, and a run is resumed only by the build that began it. Imports nothing.
+//! Build of the program that uses this library. Output files name it, and only the build that began a run can resume it.
+//! This module imports nothing else of the crate.
 
 use std::sync::OnceLock;
 
@@ -9,22 +10,21 @@ use serde::{Deserialize, Serialize};
 pub struct Program {
     /// Version of its package.
     pub version: String,
-    /// Commit that it was built from.
+    /// Commit of its sources.
     pub commit: String,
-    /// Hash of the sources of its crates: a commit says nothing of changes that were not committed, and too much where only a
-    /// document changed.
+    /// Hash of the sources of its crates. A commit misses uncommitted changes, and it also changes with documents.
     pub sources: String,
 }
 
 static PROGRAM: OnceLock<Program> = OnceLock::new();
 
-/// Declares this process's program, before it reads or writes files. The first declaration counts.
+/// Declares this process's program, before it reads or writes files. Only the first declaration has an effect.
 pub fn declare(program: Program) {
     PROGRAM.get_or_init(|| program);
 }
 
-/// Returns the declared program. Where none is declared, commit and sources are `unknown`, and all builds of a version
-/// resume each other's runs.
+/// Returns the declared program. If none was declared, commit and sources are `unknown`, and all builds of a version resume
+/// each other's runs.
 pub fn program() -> &'static Program {
     PROGRAM.get_or_init(|| Program {
         version: env!("CARGO_PKG_VERSION").into(),

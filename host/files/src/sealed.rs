@@ -1,9 +1,9 @@
-//! Files that a run resumes from: a line that names their kind, a line of JSON (which program wrote them, and a head), a
-//! payload, and a checksum over all of it.
+//! Sealed files, from which a run resumes. Each has a line that names its kind, a line of JSON, a payload and a checksum
+//! over all of it. The JSON holds the program that wrote the file, and a head.
 //!
-//! The checksum is CRC-32 (IEEE): it finds any one or two flipped bits of a file up to 512 MB, any damage within 32
-//! consecutive bits, and all but one in 2^32 of whatever else happens to a file; the crate computes it at the speed of memory.
-//! It guards against accidents, not against people.
+//! The checksum is CRC-32 (IEEE). It finds any one or two flipped bits of a file up to 512 MB and any damage within 32
+//! consecutive bits. Of all other damage it misses one case in 2^32.
+//! The crate computes it at the speed of memory. It guards against accidents, not against attackers.
 
 use std::io::{BufRead, BufReader, Read, Write};
 
@@ -14,32 +14,32 @@ use thiserror::Error;
 use crate::memory::{self, Short};
 use crate::program::{Program, program};
 
-/// Bytes of the checksum, at the end and little-endian.
+/// Size of the checksum at the end of the file, little-endian (bytes).
 const CHECKSUM_BYTES: usize = 4;
-/// Most bytes of a head that [`head`] reads.
+/// Maximum size of the first two lines that [`head`] reads (bytes).
 const MAX_HEAD_BYTES: u64 = 1 << 24;
 
-/// Why such a file cannot be used, whatever run it belongs to.
+/// Error of a sealed file that no run can use.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Unusable {
-    /// Its bytes are not those that were written.
+    /// Its bytes differ from those that were written.
     #[error("is damaged: {0}; remove it and begin anew")]
     Damaged(String),
-    /// It takes more memory than there is.
+    /// Reading it takes more memory than is available.
     #[error("would take {0}")]
     Memory(Short),
-    /// Another version of the program wrote it, whose frames may have other bits.
+    /// Another version of the program wrote it. That version may compute other bits.
     #[error("was written by {theirs}, and this is {ours}; go on with that one, or remove it and begin anew")]
     Version {
-        /// What wrote it.
+        /// The program that wrote the file.
         theirs: String,
-        /// What reads it.
+        /// This program.
         ours: String,
     },
 }
 
 impl Unusable {
-    /// Damaged in this way.
+    /// Error for a file with this damage.
     pub fn damaged(what: impl ToString) -> Unusable {
         Unusable::Damaged(what.to_string())
     }
@@ -51,7 +51,7 @@ struct Line<H> {
     head: H,
 }
 
-/// The bytes of a file of this kind; `payload` appends what comes after the head.
+/// Returns the bytes of a file of this kind. `payload` appends the bytes behind the head.
 pub fn seal<H: Serialize>(
     kind: &str,
     head: &H,
@@ -63,7 +63,7 @@ pub fn seal<H: Serialize>(
     Ok(bytes)
 }
 
-/// Writes a file of this kind, as its payload is written.
+/// Writes a file of this kind; `payload` writes the bytes behind the head.
 pub fn write<H: Serialize, W: Write>(
     kind: &str,
     head: &H,
@@ -79,7 +79,7 @@ pub fn write<H: Serialize, W: Write>(
     file.write_all(&checksum.finalize().to_le_bytes())
 }
 
-/// A file of whose bytes the checksum is taken.
+/// Writer that updates the checksum of all written bytes.
 pub struct Summed<W> {
     file: W,
     checksum: crc32fast::Hasher,
@@ -97,9 +97,9 @@ impl<W: Write> Write for Summed<W> {
     }
 }
 
-/// Head and payload of the bytes of a file of this kind, if this program wrote them and they are whole.
+/// Returns head and payload of a file of this kind, if this program wrote it and it is undamaged.
 pub fn open<'a, H: DeserializeOwned>(kind: &str, bytes: &'a [u8]) -> Result<(H, &'a [u8]), Unusable> {
-    // The first line is too far from these two bytes for a few flipped bits.
+    // Recognise files without a checksum. A few flipped bits cannot turn the first line into these two bytes.
     if bytes.starts_with(b"{\"") {
         let theirs = "an older version that wrote no checksum".into();
         return Err(Unusable::Version { theirs, ours: program().name() });
@@ -115,7 +115,7 @@ pub fn open<'a, H: DeserializeOwned>(kind: &str, bytes: &'a [u8]) -> Result<(H, 
     Ok((parse(line)?, &payload[1..]))
 }
 
-/// The head of a file of this kind, of which no more is read: whether the rest is whole, [`open`] says.
+/// Reads only the head of a file of this kind. [`open`] checks the rest.
 pub fn head<H: DeserializeOwned>(kind: &str, file: impl Read) -> std::io::Result<Result<H, Unusable>> {
     let (mut first, mut line) = (Vec::new(), Vec::new());
     let mut file = BufReader::new(file.take(MAX_HEAD_BYTES));
@@ -127,7 +127,7 @@ pub fn head<H: DeserializeOwned>(kind: &str, file: impl Read) -> std::io::Result
     Ok(parse(&line))
 }
 
-/// The line that names the kind of a file.
+/// Returns the line that names the kind of a file.
 fn first_line(kind: &str) -> String {
     format!("caustics {kind}\n")
 }
@@ -136,7 +136,7 @@ fn no(kind: &str) -> Unusable {
     Unusable::damaged(format!("it is no {kind}"))
 }
 
-/// The head, if this program wrote it.
+/// Parses the head, if this program wrote it.
 fn parse<H: DeserializeOwned>(line: &[u8]) -> Result<H, Unusable> {
     memory::check(memory::json_tree_bytes(line)).map_err(Unusable::Memory)?;
     let line: Line<serde_json::Value> = serde_json::from_slice(line).map_err(Unusable::damaged)?;
@@ -156,11 +156,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_sealed_is_opened() {
+    fn opening_a_sealed_file_returns_its_head_and_payload() {
         assert_eq!(open::<(String, u32)>("note", &file()), Ok((("head".into(), 7), &b"pay\nload"[..])));
         assert!(matches!(open::<(String, u32)>("song", &file()), Err(Unusable::Damaged(_))));
         assert!(matches!(open::<u32>("note", &file()), Err(Unusable::Damaged(_))));
-        // Its head is read without the rest.
+        // The head is read from a file that is cut off behind it.
         let head = |kind: &str, bytes: &[u8]| head::<(String, u32)>(kind, bytes).unwrap();
         let end = file().len() - 8;
         assert_eq!(head("note", &file()[..end]), Ok(("head".into(), 7)));
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_is_named() {
+    fn errors_of_files_of_other_versions_name_the_version() {
         let mut other = file();
         other.truncate(other.len() - CHECKSUM_BYTES);
         let text = String::from_utf8(other).unwrap();

@@ -1,7 +1,7 @@
-//! Text of others in our messages: nothing in it may command a terminal, and it may not drown what we say.
+//! Text of unknown origin in messages: it must not control the terminal or fill the screen.
 
-/// Escapes control characters but line feed and tab, and marks that turn the direction of writing, as JSON does: in a
-/// JSON document the text stays the same.
+/// Escapes control characters except line feed and tab, and characters that change the direction of writing. The escapes
+/// are those of JSON, so that a JSON document keeps its meaning.
 pub fn printable(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for character in text.chars() {
@@ -14,21 +14,21 @@ pub fn printable(text: &str) -> String {
     shown
 }
 
-/// Whether a character commands instead of being shown; all are of four hexadecimal digits.
+/// Whether a terminal acts on a character instead of showing it. All such characters have at most four hexadecimal digits.
 fn is_active(character: char) -> bool {
     match character {
         '\n' | '\t' => false,
         // Direction marks and overrides; separators of lines and paragraphs.
         '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => true,
-        // C0, delete and C1.
+        // C0 controls, delete and C1 controls.
         _ => character.is_control(),
     }
 }
 
-/// At most this many characters and a note: what is too long loses its middle, since who is named stands at the
-/// beginning of a message and what to do at its end.
+/// Cuts the middle out of a text of more than `max_chars` characters and leaves a note there. In a message, the beginning
+/// names the object and the end gives the remedy.
 pub fn cut(text: &str, max_chars: usize) -> String {
-    // As many bytes are at least as many characters.
+    // A text has at most one character a byte.
     if text.len() <= max_chars {
         return text.into();
     }
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_commands_a_terminal_is_escaped() {
+    fn terminal_control_characters_are_escaped_as_in_json() {
         assert_eq!(printable("a\nb\tc d\u{e9}\u{4e16}"), "a\nb\tc d\u{e9}\u{4e16}");
         let active = "\x1b]0;owned\x07\x1b[2J\r\x08\x7f\u{9b}31m\u{202e}\u{2066}\u{2028}";
         let shown = printable(active);
@@ -55,7 +55,7 @@ mod tests {
             shown,
             "\\u001b]0;owned\\u0007\\u001b[2J\\u000d\\u0008\\u007f\\u009b31m\\u202e\\u2066\\u2028"
         );
-        // In JSON it stays what it was.
+        // A JSON document keeps its meaning.
         let json = serde_json::to_string(active).unwrap();
         let back: String = serde_json::from_str(&printable(&json)).unwrap();
         assert_eq!(back, active);

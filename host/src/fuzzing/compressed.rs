@@ -1,18 +1,18 @@
-//! Scenes around compressed bytes, so that what fuzzing makes up reaches the decoders as the bytes of a file do.
+//! Scenes around compressed bytes, so that the fuzzer's bytes reach the decoders as bytes of a file.
 
 use serde_json::{Value, json};
 
 use caustics_scene as scene;
 
-/// Three corners of a triangle (m), then their texture coordinates, as little-endian floats.
+/// Three corners of a triangle (m), then their texture coordinates; stored as little-endian floats.
 const TRIANGLE: [f32; 15] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
-/// Bytes of the corners.
+/// Size of the corners (bytes).
 const CORNERS: usize = 36;
-/// Modes and filters of EXT_meshopt_compression.
+/// Modes of EXT_meshopt_compression; its filters follow.
 const MODES: [&str; 3] = ["ATTRIBUTES", "TRIANGLES", "INDICES"];
 const FILTERS: [&str; 5] = ["NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"];
 
-/// A GLB file of a document and its one buffer.
+/// Returns a GLB file of a document and its single buffer.
 fn glb(mut document: Value, buffer: &[u8]) -> Vec<u8> {
     document["asset"] = json!({ "version": "2.0" });
     document["scenes"] = json!([{ "nodes": [0] }]);
@@ -38,7 +38,8 @@ fn glb(mut document: Value, buffer: &[u8]) -> Vec<u8> {
     .concat()
 }
 
-/// A file of a triangle, whose buffer these bytes end: buffer view 2, which `view` extends.
+/// Returns a file of a triangle whose buffer ends with these bytes. Their buffer view is the third; `view` holds its
+/// extensions.
 fn beside_a_triangle(mut document: Value, view: Value, bytes: &[u8]) -> Vec<u8> {
     let triangle: Vec<u8> = TRIANGLE.iter().flat_map(|number| number.to_le_bytes()).collect();
     let mut last = json!({ "buffer": 0, "byteOffset": triangle.len(), "byteLength": bytes.len() });
@@ -62,7 +63,7 @@ fn beside_a_triangle(mut document: Value, view: Value, bytes: &[u8]) -> Vec<u8> 
     glb(document, &[&triangle[..], bytes].concat())
 }
 
-/// A primitive compressed by Draco: numbers of its points and faces (16 bits each), then the stream.
+/// Reads a primitive compressed by Draco: numbers of its points and faces (16 bits each), then the stream.
 pub fn draco(bytes: &[u8]) -> bool {
     let Some((&[a, b, c, d], stream)) = bytes.split_first_chunk() else { return false };
     let (points, faces) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
@@ -86,7 +87,7 @@ pub fn draco(bytes: &[u8]) -> bool {
     scene::read(&glb(document, stream)).is_ok()
 }
 
-/// A buffer view compressed by meshoptimizer: its mode and filter (four bits each), its stride (bytes), its number of elements
+/// Reads a buffer view compressed by meshoptimizer: mode and filter (four bits each), stride (bytes), number of elements
 /// (16 bits), then the stream.
 pub fn meshopt(bytes: &[u8]) -> bool {
     let Some((&[kind, stride, a, b], stream)) = bytes.split_first_chunk() else { return false };
@@ -106,12 +107,12 @@ pub fn meshopt(bytes: &[u8]) -> bool {
     scene::read(&beside_a_triangle(document, view, stream)).is_ok()
 }
 
-/// An image of KTX 2.0 as a texture.
+/// Reads a KTX 2.0 image as a texture.
 pub fn ktx2(bytes: &[u8]) -> bool {
     texture("KHR_texture_basisu", "image/ktx2", bytes)
 }
 
-/// An image of WebP as a texture.
+/// Reads a WebP image as a texture.
 pub fn webp(bytes: &[u8]) -> bool {
     texture("EXT_texture_webp", "image/webp", bytes)
 }
@@ -124,12 +125,13 @@ fn texture(extension: &str, mime_type: &str, bytes: &[u8]) -> bool {
         "textures": [{ "extensions": { extension: { "source": 0 } } }],
         "images": [{ "bufferView": 2, "mimeType": mime_type }],
     });
-    // An image that cannot be decoded is left out with a warning.
+    // The reader leaves out an image that it cannot decode, with a warning.
     let is_left_out = |scene: &scene::Scene| scene.warnings.iter().any(|warning| warning.contains("image"));
     scene::read(&beside_a_triangle(document, Value::Null, bytes)).is_ok_and(|scene| !is_left_out(&scene))
 }
 
-/// A Radiance HDR or EXR file of an environment. What a scene makes of its texels takes half a second, whatever they are.
+/// Decodes a Radiance HDR or EXR file of an environment. Building the scene's tables of it is left out: that takes half a
+/// second for any texels.
 pub fn environment(bytes: &[u8]) -> bool {
     scene::EnvironmentMap::decode(bytes).is_ok()
 }

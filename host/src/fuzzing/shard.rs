@@ -1,4 +1,4 @@
-//! Shards of a run, by what they say of themselves.
+//! Fuzzing of shards: each is checked against the identity in its own head.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::checkpoint::{self, Head};
 use crate::shard::Shard;
 use caustics_files::sealed;
 
-/// A shard of any run and shape, as `merge` reads it.
+/// Reads a shard of any run and shape, as `merge` does.
 pub fn shard(bytes: &[u8]) -> bool {
     super::accepts_as_is_or_sealed(bytes, accepts)
 }

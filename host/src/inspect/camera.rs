@@ -1,4 +1,4 @@
-//! The camera path of a pixel.
+//! Camera path of an inspected pixel.
 
 use caustics_kernels::math::rng::Stream;
 use caustics_kernels::path::PathContext;
@@ -10,7 +10,7 @@ use super::record::PathRecorder;
 use super::view::InspectedFrame;
 use super::{CameraPath, Event};
 
-/// Traces the path of a pixel: to its collection point, or all of it where methods have none.
+/// Traces the camera path of a pixel, up to its collection point if `has_point`.
 pub fn path(view: InspectedFrame<'_>, pixel: u32, has_point: bool) -> CameraPath {
     let InspectedFrame { scene, params, features } = view;
     let (stream, suffix) = if has_point {
@@ -25,7 +25,7 @@ pub fn path(view: InspectedFrame<'_>, pixel: u32, has_point: bool) -> CameraPath
     if has_point && record.has_point {
         record.end(Event::CollectionPoint);
     } else if has_point && record.is_scattered() {
-        // The first event that is not specular, behind as many vertices as paths have.
+        // The path reached its maximum length at a non-specular event.
         record.end(Event::Ended);
     }
     CameraPath {

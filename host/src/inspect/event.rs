@@ -1,4 +1,4 @@
-//! What a path does at a vertex, in words.
+//! Names of the events of a path.
 
 use caustics_kernels::interface::material::{FLAG_BLEND, FLAG_THIN, Material};
 use caustics_kernels::interface::ray::Hit;
@@ -9,40 +9,40 @@ use caustics_kernels::surface::{Sampled, fresnel, names_of};
 use caustics_kernels::texture::cut_out::CutOuts;
 use serde::Serialize;
 
-/// What a path does at a vertex.
+/// Event of a path at a vertex or a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Event {
-    /// Is reflected: by a mirror, a coat, or glass.
+    /// Reflection by a mirror, a coat or glass.
     Reflected,
-    /// Is reflected within a medium that it could not leave at this angle.
+    /// Total internal reflection.
     TotallyReflected,
-    /// Is refracted into a medium.
+    /// Refraction into a medium.
     Entered,
-    /// Is refracted out of it.
+    /// Refraction out of a medium.
     Left,
-    /// Passes a wall that is too thin to refract it.
+    /// Transmission through a thin wall, without refraction.
     Passed,
-    /// Is scattered by lobes among which is a diffuse one.
+    /// Scattering by lobes that include a diffuse one.
     Scattered,
-    /// Comes to the collection point.
+    /// End of a camera path at its collection point.
     CollectionPoint,
-    /// Leaves the photon.
+    /// End of a light path at the inspected photon.
     Photon,
-    /// Ends on what emits.
+    /// End on an emitter.
     Emitter,
-    /// Ends: what it meets scatters nothing, or as many vertices are behind it as paths have.
+    /// End without scattering, or at the maximum path length.
     Ended,
-    /// Passes a hole: alpha is cut off there.
+    /// Passage through a hole, where alpha is cut off.
     Hole,
-    /// Passes what blends, which is not there for this ray.
+    /// Passage through a blended surface that this ray does not hit.
     Blended,
-    /// Passes a face within a medium of higher priority.
+    /// Passage through a face within a medium of higher priority.
     Covered,
 }
 
 impl Event {
-    /// Its name, as in JSON.
+    /// Returns the event's name in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Event::Reflected => "reflected",
@@ -61,13 +61,13 @@ impl Event {
         }
     }
 
-    /// Whether it is a vertex of the path; else the path passes a face without a scattering.
+    /// Whether the event is a vertex of the path; otherwise the path passes a face without scattering.
     pub fn is_vertex(self) -> bool {
         !matches!(self, Event::Hole | Event::Blended | Event::Covered)
     }
 }
 
-/// How a face is passed that a ray of this key does not meet.
+/// Returns the event of a face that a ray of this key passes.
 pub fn passed(cut_outs: &CutOuts<'_>, face: &Hit, key: u32) -> Event {
     let material = cut_outs.surfaces[face.triangle as usize].material;
     if cut_outs.is_there(face, key) {
@@ -79,8 +79,8 @@ pub fn passed(cut_outs: &CutOuts<'_>, face: &Hit, key: u32) -> Event {
     }
 }
 
-/// How a path is scattered at a vertex, and the lobes that may have done so: reflections at facets are sampled together, and a
-/// facet's lobe of roughness 1 cannot be told from a diffuse one.
+/// Determines the event at a vertex and the lobes that may have scattered the path. Facet reflections are sampled together,
+/// and a facet lobe of roughness 1 looks like a diffuse one.
 pub fn event(material: &Material, here: &Vertex, sampled: &Sampled) -> (Event, Vec<&'static str>) {
     let glass = if sampled.roughness > 0.0 { "rough glass" } else { "glass" };
     if sampled.transmitted {
@@ -95,7 +95,7 @@ pub fn event(material: &Material, here: &Vertex, sampled: &Sampled) -> (Event, V
     let mut lobes = Vec::new();
     let is_delta = sampled.pdf_solid_angle == 0.0 && sampled.class == Classes::SPECULAR;
     if is_delta {
-        // Smooth glass alone says by how much it would have refracted; a thin wall refracts nothing.
+        // Only smooth glass has a relative index other than 1; a thin wall does not refract.
         let refracts = sampled.eta != 1.0;
         let cos = here.to_previous.dot(here.shading_normal).abs();
         if refracts && fresnel::dielectric_reflectance(cos, sampled.eta) >= 1.0 {

@@ -1,4 +1,4 @@
-//! The light path of a photon.
+//! Light path of an inspected photon.
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
@@ -20,14 +20,14 @@ use super::record::PathRecorder;
 use super::view::InspectedFrame;
 use super::{Event, Light, LightPath};
 
-/// Writes down a light path up to a photon.
+/// Photon sink that records a light path up to a photon.
 struct Follow<'a> {
     record: PathRecorder<'a>,
     emission: Option<EmissionSample>,
-    /// What the path carries (W).
+    /// Flux of the path (W).
     flux: Vec3,
     light_path_count: u32,
-    /// Scatterings before the photon.
+    /// Number of scattering events before the photon.
     scatterings: u32,
     is_done: bool,
 }
@@ -85,7 +85,7 @@ pub fn path(view: InspectedFrame<'_>, emit: &(dyn Emit + Sync), found: &Gathered
     }
 }
 
-/// The light that a path starts from. Starts do not say it: it is told by where they are.
+/// Finds the light of an emission sample. The sample has no light id, so that position and direction determine the light.
 fn light(view: InspectedFrame<'_>, emission: &EmissionSample) -> Option<Light> {
     let (ray, lights) = (&emission.ray, &view.scene.lights);
     let is_it = |record: &LightRecord| match record.kind {
@@ -93,7 +93,7 @@ fn light(view: InspectedFrame<'_>, emission: &EmissionSample) -> Option<Light> {
         _ if record.is_parallel() => emission.area > 0.0 && record.direction == ray.direction,
         _ => record.triangle == NONE && record.position == ray.origin,
     };
-    // The environment has the last row.
+    // The environment is the last record.
     let light_id =
         lights.iter().position(is_it).map(|index| index as u32).or_else(|| area_light_behind(view, ray))?;
     let kind = lights.get(light_id as usize)?.kind;
@@ -101,7 +101,7 @@ fn light(view: InspectedFrame<'_>, emission: &EmissionSample) -> Option<Light> {
     Some(Light { id: light_id, kind: name.trim_end_matches("-lights") })
 }
 
-/// The row of the emitting triangle that a ray left.
+/// Returns the light id of the emitting triangle at a ray's origin.
 fn area_light_behind(view: InspectedFrame<'_>, ray: &Ray) -> Option<u32> {
     let (tables, features) = (view.scene.tables(), Features(view.features.0 & Features::INSTANCES.0));
     let back = Ray::endless(ray.origin, -ray.direction);

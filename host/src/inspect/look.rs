@@ -1,4 +1,4 @@
-//! Looks into a pixel: reads what the frame left of it, and traces the rest again.
+//! Inspects a pixel: reads the frame's buffers and traces the paths again.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ use crate::session::last::{Last, Starts};
 use crate::session::{Session, SessionError};
 use caustics_scene::Scene;
 
-/// Light paths, and what they start by.
+/// Range of light paths and the buffers that emit them.
 struct Group {
     paths: Range<u32>,
     starts: Buffers,
@@ -34,13 +34,16 @@ impl Group {
 }
 
 impl Session {
-    /// Looks into a pixel of the last frame; `scene` is the one that it showed. Of the photons that the pixel's point took,
-    /// at most `light_paths` are told, each with its light path: spread over all of them, more densely where they give more. To
-    /// find them, all light paths of the frame are traced again on the CPU.
+    /// Inspects a pixel of the last frame; `scene` must be the scene of that frame. It describes at most `light_paths` of
+    /// the point's photons, each with its light path.
+    /// The selection is spread over all photons and is denser where they contribute more. All light paths of the frame are
+    /// traced again on the CPU.
     ///
     /// # Errors
     ///
-    /// If no frame was rendered since the scene changed, there is no such pixel, or a buffer cannot be read.
+    /// - If no frame was rendered since the scene changed, or the image has several tiles.
+    /// - If the pixel is outside of the image.
+    /// - If a buffer cannot be read.
     pub fn inspect(
         &mut self,
         scene: &Scene,
@@ -83,7 +86,7 @@ impl Session {
         Ok(inspection)
     }
 
-    /// Finds the photons of a point again, and the light paths of some.
+    /// Finds the photons of a point, and traces the light paths of some.
     fn taken(
         &mut self,
         last: &Last,
@@ -118,7 +121,7 @@ impl Session {
         Ok((photons, light_paths))
     }
 
-    /// The light paths of a frame that can be traced again, in their order.
+    /// Returns the light paths of a frame that can be traced again, in order.
     fn groups(&mut self, last: &Last) -> Result<Vec<Group>, SessionError> {
         let (before, all) = (last.started_before, last.params.light_path_count);
         let kept = last.starts_before.as_ref().map(|starts| (0..before, starts));
@@ -128,7 +131,7 @@ impl Session {
         Ok(groups.collect::<Result<_, _>>()?)
     }
 
-    /// Calls with what starts light paths.
+    /// Calls `then` with the emission that starts light paths.
     fn emit(
         &self,
         view: InspectedFrame<'_>,

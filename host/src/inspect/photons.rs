@@ -1,4 +1,4 @@
-//! The photons that a collection point took, found by the rule of the gathers alone: whatever variant found them in the frame.
+//! Photons of a collection point. They are found by the common rule of all gathers, not by the frame's gather variant.
 
 use std::ops::Range;
 
@@ -17,27 +17,27 @@ use rayon::prelude::*;
 use super::view::InspectedFrame;
 use super::{Photon, Point};
 
-/// A photon that the point took.
+/// Photon on the disc of the point.
 #[derive(Clone, Copy)]
 pub struct GatheredPhoton {
-    /// Its light path.
+    /// Index of its light path.
     pub path: u32,
-    /// Where it is.
+    /// Its geometry.
     pub geometry: PhotonGeometry,
-    /// Its light.
+    /// Its flux and direction.
     pub light: PhotonLight,
     /// f times flux (W/sr).
     value: Vec3,
 }
 
-/// A collection point that takes photons.
+/// Collection point that gathers photons.
 pub struct Taker<'a> {
     pub view: InspectedFrame<'a>,
     pub geometry: PointGeometry,
     pub shading: PointShading,
 }
 
-/// Keeps the photons of a light path that a point takes.
+/// Photon sink that keeps the photons of a light path on a point's disc.
 struct Keep<'a> {
     point: &'a PointGeometry,
     max_bounces: u32,
@@ -55,7 +55,7 @@ impl PhotonSink for Keep<'_> {
 }
 
 impl Taker<'_> {
-    /// The point, if there is one.
+    /// Describes the collection point; `None` if the pixel has none.
     pub fn point(&self) -> Option<Point> {
         let Taker { view, geometry, shading } = self;
         geometry.exists().then(|| Point {
@@ -69,7 +69,7 @@ impl Taker<'_> {
         })
     }
 
-    /// The photons of these light paths that the point takes, in the order of the paths.
+    /// Returns the point's photons of these light paths, in the order of the paths.
     pub fn find(&self, paths: Range<u32>, emit: &(dyn Emit + Sync)) -> Vec<GatheredPhoton> {
         let InspectedFrame { scene, params, features } = self.view;
         let (tables, tracer) = (scene.tables(), scene.tracer(features));
@@ -86,7 +86,7 @@ impl Taker<'_> {
         paths.into_par_iter().flat_map_iter(of_path).collect()
     }
 
-    /// Flux that photons bring to the disc (W), and what they give the pixel (W m^-2 sr^-1).
+    /// Returns the flux on the disc (W) and the radiance of the pixel (W m^-2 sr^-1).
     pub fn sum(&self, found: &[GatheredPhoton]) -> ([f32; 3], [f32; 3]) {
         let params = self.view.params;
         let flux: Vec3 = found.iter().map(GatheredPhoton::flux).sum();
@@ -98,7 +98,7 @@ impl Taker<'_> {
         (flux.to_array(), self.radiance(value).to_array())
     }
 
-    /// A photon, told.
+    /// Describes a photon.
     pub fn describe(&self, found: &GatheredPhoton) -> Photon {
         Photon {
             path: found.path,
@@ -110,7 +110,7 @@ impl Taker<'_> {
         }
     }
 
-    /// What a sum of f times flux (W/sr) gives the pixel (W m^-2 sr^-1).
+    /// Converts a sum of f times flux (W/sr) to the radiance of the pixel (W m^-2 sr^-1).
     fn radiance(&self, value: Vec3) -> Vec3 {
         if self.geometry.exists() {
             estimate_radiance(&self.geometry, &self.shading, value)
@@ -127,7 +127,8 @@ impl GatheredPhoton {
     }
 }
 
-/// At most `max_count` photons, in their order: half of them spread evenly, half by what they give.
+/// Selects at most `max_count` photons in their order. Half of the probability is uniform, half is proportional to their
+/// contribution.
 pub fn choose(found: &[GatheredPhoton], max_count: usize) -> Vec<GatheredPhoton> {
     if found.len() <= max_count {
         return found.to_vec();
@@ -138,7 +139,7 @@ pub fn choose(found: &[GatheredPhoton], max_count: usize) -> Vec<GatheredPhoton>
         let (share, even) = (gives(photon) / total, 1.0 / found.len() as f64);
         0.5 * (even + if share.is_finite() { share } else { even })
     };
-    // Systematic sampling: the photons whose shares hold one of `max_count` equidistant numbers.
+    // Systematic sampling: select the photons whose shares contain one of `max_count` equidistant numbers.
     let mut below = 0.0;
     let number = |below: f64| (below * max_count as f64 + 0.5).floor();
     let is_chosen = |photon: &&GatheredPhoton| {
@@ -154,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn deposits_are_chosen_all_over_and_the_brightest_for_sure() {
+    fn selected_photons_are_spread_evenly_and_include_the_brightest() {
         let found = |path: u32, value: f32| GatheredPhoton {
             path,
             geometry: PhotonGeometry::default(),
@@ -168,10 +169,10 @@ mod tests {
         assert_eq!(paths(&even, 4), [125, 375, 625, 875]);
         assert_eq!(paths(&even[..3], 4), [0, 1, 2]);
         assert_eq!(paths(&even, 0), [0; 0]);
-        // Black ones are spread evenly, too.
+        // Black photons are spread evenly.
         let black: Vec<GatheredPhoton> = (0..1001).map(|path| found(path, 0.0)).collect();
         assert_eq!(paths(&black, 4), [125, 375, 625, 875]);
-        // One that gives as much as all others holds a quarter of the numbers and more.
+        // A photon that gives as much as all others has a quarter of the shares or more.
         let mut bright = even.clone();
         bright[700] = found(700, 1000.0);
         let chosen = paths(&bright, 8);

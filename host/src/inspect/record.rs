@@ -1,4 +1,4 @@
-//! Writes down what a path meets, while the kernels walk it.
+//! Recorder of a path's vertices while the kernels' code traces it.
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::features::Features;
@@ -18,19 +18,19 @@ use super::Vertex;
 use super::event::{Event, event, passed};
 use super::view::InspectedFrame;
 
-/// Faces that a segment is followed through at most: a bound for loops alone.
+/// Maximum number of faces that a segment is followed through. It only bounds the loop.
 const MAX_PASSED: usize = 256;
 
-/// The vertices of a path, so far.
+/// Path observer that records vertices.
 pub struct PathRecorder<'a> {
     view: InspectedFrame<'a>,
-    /// What was met.
+    /// Recorded vertices and faces.
     pub vertices: Vec<Vertex>,
-    /// The last vertex and its material.
+    /// Last vertex and its material.
     here: Option<(Here, Material)>,
-    /// The ray that left the scene.
+    /// Ray that left the scene.
     pub left: Option<Ray>,
-    /// Whether there is a collection point.
+    /// Whether the path has reached a collection point.
     pub has_point: bool,
 }
 
@@ -39,14 +39,14 @@ impl<'a> PathRecorder<'a> {
         PathRecorder { view, vertices: Vec::new(), here: None, left: None, has_point: false }
     }
 
-    /// Says what the path came to at its last vertex.
+    /// Sets the event of the last vertex.
     pub fn end(&mut self, event: Event) {
         if let Some(vertex) = self.vertices.last_mut() {
             vertex.event = event;
         }
     }
 
-    /// Whether what the path did last is no specular event.
+    /// Whether the last event is a non-specular scattering.
     pub fn is_scattered(&self) -> bool {
         let last = self.vertices.last().filter(|_| self.left.is_none());
         last.is_some_and(|vertex| !vertex.specular && !vertex.lobes.is_empty())
@@ -72,7 +72,8 @@ impl<'a> PathRecorder<'a> {
         }
     }
 
-    /// Writes down the faces on the way to a hit: those that are not there, and those within a medium of higher priority.
+    /// Records the faces that a ray passes before a hit: holes, blended surfaces, and faces within a medium of higher
+    /// priority.
     fn pass(&mut self, ray: &Ray, hit: &Hit, carries: Vec3) {
         let InspectedFrame { scene, features, .. } = self.view;
         if !features.has(SOME_ARE_NOT_THERE | Features::NESTED) {

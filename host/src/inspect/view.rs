@@ -1,4 +1,4 @@
-//! What paths of a frame are traced again in.
+//! Inputs for tracing the paths of a frame again.
 
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
@@ -6,19 +6,19 @@ use glam::Vec3;
 
 use caustics_scene::Scene;
 
-/// A frame and its scene.
+/// Frame that is inspected, with its scene.
 #[derive(Clone, Copy)]
 pub struct InspectedFrame<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// The settings of the frame.
+    /// Parameters of the frame.
     pub params: &'a FrameParams,
-    /// Kernel code that was compiled in.
+    /// Features that were compiled into the kernels.
     pub features: Features,
 }
 
 impl InspectedFrame<'_> {
-    /// A position in the file's coordinates (m).
+    /// Converts a position to the file's coordinates (m).
     pub fn file_position(&self, position: Vec3) -> [f64; 3] {
         (position.as_dvec3() + self.scene.origin).to_array()
     }

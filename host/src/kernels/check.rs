@@ -1,5 +1,5 @@
-//! Whether modules have what the program's passes need: an entry point for each, which binds nothing but the pass's buffers and those
-//! of the passes that share it.
+//! Check of modules against the program's passes. Each pass needs an entry point, which may only bind buffers of the passes
+//! that share it.
 
 use caustics_kernels::declare::{Pass, Step};
 use caustics_kernels::gather::variant;
@@ -13,7 +13,7 @@ use super::error::KernelsError;
 use super::lock::{BASE, RAYQUERY};
 use crate::vulkan::reflection::{Binding, BindingKind, EntryPoint, Reflection};
 
-/// Checks the modules: base, then with ray queries.
+/// Checks the modules: base first, then ray queries.
 pub fn modules([base, rayquery]: [&[u32]; 2]) -> Result<(), KernelsError> {
     let passes = passes();
     let in_base = passes.iter().copied().filter(|pass| is_in_base(pass));
@@ -22,7 +22,7 @@ pub fn modules([base, rayquery]: [&[u32]; 2]) -> Result<(), KernelsError> {
     module(RAYQUERY, rayquery, in_rayquery)
 }
 
-/// Passes that need ray queries run on no CPU.
+/// Whether a pass is in the base module. Passes that need ray queries have no CPU version.
 fn is_in_base(pass: &Pass) -> bool {
     pass.cpu.is_some()
 }
@@ -48,7 +48,7 @@ fn module(
     Ok(())
 }
 
-/// Checks the entry point of a pass, which binds the buffers of those that share it.
+/// Checks the entry point of a pass. It binds the buffers of all passes that share it.
 fn entry_point(
     module: &'static str,
     found: &EntryPoint,
@@ -78,7 +78,7 @@ fn entry_point(
     Ok(())
 }
 
-/// Every pass that a session or a test can run.
+/// Returns every pass that a session or a test can run.
 pub(crate) fn passes() -> Vec<&'static Pass> {
     let params = FrameParams {
         width: 1,
@@ -106,7 +106,7 @@ pub(crate) fn passes() -> Vec<&'static Pass> {
     passes
 }
 
-/// Parts of frames that have every pass between them: all that can be switched on, and each that is chosen once.
+/// Returns frame parts that together contain every pass. All stages are on, and each variant occurs once.
 fn parts() -> impl Iterator<Item = Parts> {
     let all = Parts { stages: Stages::ALL, ..Parts::from(&variant::PHOTONS_GRID) };
     let gathers = variant::ALL.iter().map(move |gather| Parts { gather, ..all });
@@ -128,15 +128,15 @@ mod tests {
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
         let mut found: BTreeSet<String> =
             Reflection::new(name, &words).unwrap().entry_points.into_keys().collect();
-        // It has no stage that would run it.
+        // No stage runs this entry point.
         found.remove("index.brute");
         let known = passes().into_iter().filter(|pass| is_in(pass)).map(|pass| pass.name.to_string());
         assert_eq!(found, known.collect(), "{name}");
     }
 
-    /// A shared entry point that lacked a buffer of one of its passes would do without it in silence.
+    /// Without a buffer of one of its passes, a shared entry point would skip writes silently.
     #[test]
-    fn joint_entry_points_bind_what_each_of_their_passes_writes() {
+    fn shared_entry_points_bind_the_buffers_of_each_of_their_passes() {
         for (name, bytes, is_in) in [
             (BASE, &include_bytes!("../../../kernels/base.spv")[..], is_in_base as fn(&Pass) -> bool),
             (RAYQUERY, include_bytes!("../../../kernels/rayquery.spv"), is_in_rayquery),
@@ -159,7 +159,7 @@ mod tests {
         }
     }
 
-    /// Otherwise a pass would not be checked.
+    /// A pass outside of the modules would not be checked.
     #[test]
     fn the_passes_are_those_of_the_modules() {
         assert_has(BASE, include_bytes!("../../../kernels/base.spv"), is_in_base);

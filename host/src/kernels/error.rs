@@ -1,4 +1,4 @@
-//! Why kernels cannot be taken.
+//! Errors of loading kernels.
 
 use std::path::PathBuf;
 
@@ -6,22 +6,22 @@ use thiserror::Error;
 
 use crate::vulkan::VulkanError;
 
-/// Kernels that this program cannot run.
+/// Error of loading kernels.
 #[derive(Debug, Error)]
 pub enum KernelsError {
-    /// The modules that the program carries are not what the sources say.
+    /// The embedded modules are older than their sources.
     #[error(
         "kernels/*.spv is older than kernels/src: run `cargo kernels`, then build again; --runner cpu works as it is"
     )]
     Stale,
-    /// A folder without a lock.
+    /// The folder has no lock.
     #[error(
         "{} is missing: kernels are taken from a folder that `cargo kernels --out FOLDER` writes; --runner cpu works \
          without them",
         .file.display()
     )]
     NoLock {
-        /// The file that is missing.
+        /// Missing file.
         file: PathBuf,
     },
     /// A file cannot be read.
@@ -29,18 +29,18 @@ pub enum KernelsError {
     Read {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
-    /// A lock that `cargo kernels` did not write.
+    /// The lock has another format than `cargo kernels` writes.
     #[error("{}: {source}; run `cargo kernels --out` with its folder", .file.display())]
     Lock {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// Cause.
         source: Box<toml::de::Error>,
     },
-    /// A module of which only a part is there, or another one.
+    /// A module is incomplete, or is not the one that the lock names.
     #[error(
         "{} is not whole: it is not the module that kernels.lock beside it names; wait until `cargo kernels` is done, \
          or run it again",
@@ -50,20 +50,20 @@ pub enum KernelsError {
         /// The module.
         file: PathBuf,
     },
-    /// Kernels and program do not share their types.
+    /// The kernels and the program have different interface types.
     #[error(
         "the interface of the kernels in {} is another than this program's: build again (`cargo build --release`), and \
          compile the kernels again if their sources are the older ones",
         .folder.display()
     )]
     Interface {
-        /// Where the kernels are.
+        /// Folder of the kernels.
         folder: PathBuf,
     },
-    /// A module that is not of the expected form.
+    /// A module does not have the expected form.
     #[error("{0}")]
     Module(#[from] VulkanError),
-    /// A pass without an entry point.
+    /// A pass has no entry point.
     #[error(
         "{module} has no entry point `{entry}`, which this program runs: build again (`cargo build --release`), or \
          compile the kernels that belong to it"
@@ -74,7 +74,7 @@ pub enum KernelsError {
         /// Name of the pass.
         entry: &'static str,
     },
-    /// An entry point that binds what the program does not give it.
+    /// An entry point binds a buffer that the program's pass does not have.
     #[error(
         "entry point `{entry}` of {module} binds `{buffer}`, which this program's pass of that name does not have: build \
          again (`cargo build --release`)"
@@ -84,10 +84,10 @@ pub enum KernelsError {
         module: &'static str,
         /// Name of the pass.
         entry: &'static str,
-        /// Name of what is bound.
+        /// Name of the binding.
         buffer: String,
     },
-    /// A buffer whose elements are larger or smaller than the program's.
+    /// The elements of a buffer differ in size from the program's.
     #[error(
         "entry point `{entry}` of {module} binds `{buffer}` with elements of {found} bytes, but those of this program have \
          {expected}: build again (`cargo build --release`)"

@@ -1,4 +1,4 @@
-//! A set of kernels in a folder: modules, and a lock that is written when they are there.
+//! Set of kernels in a folder: the modules, and a lock that is written after them.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -14,10 +14,10 @@ pub const BASE: &str = "base.spv";
 /// Name of the module for devices with ray queries.
 pub const RAYQUERY: &str = "rayquery.spv";
 
-/// What `kernels.lock` says that a program must know.
+/// Contents of `kernels.lock` that a program reads.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct KernelsLock {
-    /// Hash of what kernels and program must agree on; locks of old kernels have none.
+    /// Hash of the interface between kernels and program; empty in locks of old kernels.
     #[serde(default)]
     pub interface: String,
     #[serde(rename = "base.spv")]
@@ -27,7 +27,7 @@ pub struct KernelsLock {
 }
 
 impl KernelsLock {
-    /// The lock of a folder.
+    /// Reads the lock of a folder.
     pub fn read(folder: &Path) -> Result<KernelsLock, KernelsError> {
         let file = folder.join("kernels.lock");
         let text = match read_text(&file) {
@@ -38,12 +38,13 @@ impl KernelsLock {
         toml::from_str(&text).map_err(|source| KernelsError::Lock { file, source: source.into() })
     }
 
-    /// The bytes of the folder's modules: base, then with ray queries. Those that it does not name are refused.
+    /// Returns the bytes of the folder's modules: base, then ray queries. A module whose hash differs from the lock is
+    /// refused.
     pub fn modules(&self, folder: &Path) -> Result<[Vec<u8>; 2], KernelsError> {
         let module = |name: &str, hash: &str| {
             let file: PathBuf = folder.join(name);
             let bytes = read(&file)?;
-            // It hashes a byte 0xff behind the module.
+            // The builder appends a byte 0xff to each file that it hashes.
             if fnv1a(bytes.iter().copied().chain([0xff])) == hash {
                 Ok(bytes)
             } else {
@@ -54,12 +55,12 @@ impl KernelsLock {
     }
 }
 
-/// The bytes of a file.
+/// Returns the bytes of a file.
 pub fn read(file: &Path) -> Result<Vec<u8>, KernelsError> {
     read_file(file).map_err(|source| KernelsError::Read { file: file.to_path_buf(), source })
 }
 
-/// The words of a module.
+/// Returns the words of a module.
 pub fn words(bytes: &[u8]) -> Vec<u32> {
     bytemuck::pod_collect_to_vec(bytes)
 }

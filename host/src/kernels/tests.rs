@@ -1,4 +1,4 @@
-//! Folders of kernels made of the modules that the program carries, with something in them changed.
+//! Tests with folders of the embedded modules, some of which are modified.
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ fn write(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) {
     std::fs::write(folder.join(name), bytes).unwrap();
 }
 
-/// A whole set of these modules in a folder.
+/// Writes a complete set of these modules to a folder.
 fn set(folder: &Path, modules: [&[u8]; 2]) {
     write(folder, "base.spv", modules[0]);
     write(folder, "rayquery.spv", modules[1]);
@@ -41,7 +41,7 @@ fn refused(folder: &TempDir) -> String {
     Source::Folder(folder.path().into()).modules().unwrap_err().to_string()
 }
 
-/// Base with what one of its buffers is called, or how far its elements are apart, changed.
+/// Returns the base module after a change.
 fn changed(change: impl FnOnce(&mut rspirv::dr::Module)) -> Vec<u8> {
     let mut module = rspirv::dr::load_bytes(OWN[0]).unwrap();
     change(&mut module);
@@ -49,14 +49,14 @@ fn changed(change: impl FnOnce(&mut rspirv::dr::Module)) -> Vec<u8> {
 }
 
 #[test]
-fn kernels_of_a_folder_are_taken() {
+fn kernels_of_a_folder_are_loaded() {
     let folder = whole();
     let modules = Source::Folder(folder.path().into()).modules().unwrap();
     assert_eq!([modules.base, modules.rayquery], OWN.map(words));
 }
 
 #[test]
-fn what_is_no_folder_of_kernels_is_named() {
+fn errors_of_incomplete_folders_name_the_file() {
     let folder = tempfile::tempdir().unwrap();
     assert!(refused(&folder).contains("kernels.lock is missing"), "{}", refused(&folder));
     write(folder.path(), "kernels.lock", "base.spv");
@@ -67,7 +67,7 @@ fn what_is_no_folder_of_kernels_is_named() {
 }
 
 #[test]
-fn another_interface_is_told_before_all_else() {
+fn another_interface_is_reported_before_other_errors() {
     let folder = whole();
     write(folder.path(), "base.spv", "of another interface");
     for text in [lock("0123456789abcdef", OWN), lock("", OWN).replace("interface = \"\"", "")] {
@@ -78,7 +78,7 @@ fn another_interface_is_told_before_all_else() {
 }
 
 #[test]
-fn a_half_written_module_is_named() {
+fn the_error_of_a_half_written_module_names_it() {
     let folder = whole();
     write(folder.path(), "rayquery.spv", &OWN[1][..OWN[1].len() / 2]);
     let message = refused(&folder);
@@ -86,7 +86,7 @@ fn a_half_written_module_is_named() {
 }
 
 #[test]
-fn entry_points_must_be_those_of_the_passes() {
+fn modules_whose_entry_points_do_not_fit_the_passes_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let rename = |module: &mut rspirv::dr::Module, from: &str, to: &str| {
         let names = module.debug_names.iter_mut().chain(&mut module.entry_points);
@@ -107,7 +107,7 @@ fn entry_points_must_be_those_of_the_passes() {
     set(folder.path(), [&base, OWN[1]]);
     assert!(refused(&folder).contains("base.spv has no entry point `gather.brute`"), "{}", refused(&folder));
 
-    // A table's elements with a word more.
+    // Enlarge the elements of a table by a word.
     let base = changed(|module| {
         let stride = |operands: &[Operand]| {
             operands.contains(&Operand::Decoration(rspirv::spirv::Decoration::ArrayStride))
@@ -125,9 +125,9 @@ fn entry_points_must_be_those_of_the_passes() {
     assert!(message.contains("have 36"), "{message}");
 }
 
-/// An entry point that no pass has is none of the program's business: a pass that is yet to come.
+/// An entry point without a pass, such as one of a future version, is ignored.
 #[test]
-fn more_entry_points_than_passes_are_taken() {
+fn entry_points_without_a_pass_are_ignored() {
     let folder = tempfile::tempdir().unwrap();
     let more = changed(|module| {
         let entry = module.entry_points[0].clone();
@@ -140,19 +140,19 @@ fn more_entry_points_than_passes_are_taken() {
 }
 
 #[test]
-fn embedded_kernels_have_what_the_passes_bind() {
+fn embedded_kernels_pass_the_check() {
     check::modules(OWN.map(words).each_ref().map(|module| &module[..])).unwrap();
 }
 
 #[test]
-fn a_new_set_is_seen_once_and_not_half_of_it() {
+fn a_new_set_is_reported_once_and_only_when_complete() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let mut watch = Watch::new(path.into());
     assert!(!watch.has_new());
     let interface = env!("CAUSTICS_INTERFACE_HASH");
 
-    // As they are written: modules, then the lock.
+    // Write in the builder's order: modules, then the lock.
     write(path, "base.spv", "one");
     write(path, "rayquery.spv", "one, too");
     assert!(!watch.has_new());
@@ -160,7 +160,7 @@ fn a_new_set_is_seen_once_and_not_half_of_it() {
     assert!(watch.has_new());
     assert!(!watch.has_new());
 
-    // Even if the lock came first.
+    // Write the lock first.
     write(path, "kernels.lock", lock(interface, [b"two", b"two, too"]));
     assert!(!watch.has_new());
     write(path, "base.spv", "two");
@@ -169,15 +169,15 @@ fn a_new_set_is_seen_once_and_not_half_of_it() {
     assert!(watch.has_new());
     assert!(!watch.has_new());
 
-    // The same again is nothing new; the same modules of another interface are.
+    // The same set again is not new; the same modules with another interface are.
     write(path, "kernels.lock", format!("# A remark.\n{}", lock(interface, [b"two", b"two, too"])));
     assert!(!watch.has_new());
     write(path, "kernels.lock", lock("", [b"two", b"two, too"]));
     assert!(watch.has_new());
 
-    // What lies there at the start is known.
+    // A set that exists at the start is not new.
     assert!(!Watch::new(path.into()).has_new());
-    // A folder that is gone is none.
+    // A removed folder has no new set.
     folder.close().unwrap();
     assert!(!watch.has_new());
 }

@@ -1,11 +1,11 @@
-//! Looks at a folder of kernels for new ones.
+//! Detection of new kernels in a folder.
 
 use std::path::PathBuf;
 
 use super::lock::KernelsLock;
 
-/// Says when a new whole set of kernels lies in a folder. It starts no thread: ask it as often as it matters, at the cost of
-/// reading a small file.
+/// Detector of new complete sets of kernels in a folder. It starts no thread: the caller polls it, and each poll reads a
+/// small file.
 ///
 /// ```no_run
 /// # let folder = std::path::PathBuf::new();
@@ -22,20 +22,20 @@ use super::lock::KernelsLock;
 #[derive(Debug)]
 pub struct Watch {
     folder: PathBuf,
-    /// The lock of the set that was seen last.
+    /// Lock of the last set that was seen.
     seen: Option<KernelsLock>,
 }
 
 impl Watch {
-    /// Watches a folder. The set that lies there now, if it is whole, is no new one.
+    /// Watches a folder. A complete set that is already there is not new.
     pub fn new(folder: PathBuf) -> Watch {
         let mut watch = Watch { folder, seen: None };
         watch.has_new();
         watch
     }
 
-    /// Whether another set lies there than at the last call, and is whole: a set that is being written is new when it is there.
-    /// Whether this program can run it is what [`Source::modules`](super::Source::modules) says.
+    /// Whether the folder holds a complete set that was not there at the last call. A set that is being written is reported
+    /// once it is complete. [`Source::modules`](super::Source::modules) checks whether this program can run it.
     pub fn has_new(&mut self) -> bool {
         let Ok(lock) = KernelsLock::read(&self.folder) else { return false };
         if self.seen.as_ref() == Some(&lock) || lock.modules(&self.folder).is_err() {

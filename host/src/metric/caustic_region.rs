@@ -1,12 +1,13 @@
-//! The caustic region: the pixels in which caustics are at least a fifth of the reference's luminance, and errors of the whole
-//! light there. Caustics are often a small part of an image; over all of it, a method that leaves them out may look good.
+//! Caustic region: the pixels in which caustics are at least a fifth of the reference's luminance. The metrics here are
+//! errors of all light in this region.
+//! Caustics are often a small part of an image. Over the whole image, a method without caustics may look good.
 
 use super::comparison::{Better, Comparison, Metric, MetricValue, NoValue};
 use super::flip::color::luminance;
 use super::pixels::{Estimate, Pixels};
 use super::{flip_ldr, relmse};
 
-/// FLIP at one exposure, over the caustic region.
+/// FLIP at one exposure over the caustic region.
 pub static FLIP_LDR_CAUSTIC_REGION: Metric = Metric {
     name: "flip_ldr_caustic_region",
     description: "What a person sees of the difference at one exposure, mean over the caustic region",
@@ -40,17 +41,17 @@ pub static RELMSE_TRIMMED_CAUSTIC_REGION: Metric = Metric {
     compute: |comparison| errors(comparison, relmse::trimmed),
 };
 
-/// Least part of a pixel's luminance that caustics have in the region.
+/// Minimum part of a pixel's luminance that caustics have in the region.
 const MIN_PART: f64 = 0.2;
 
-/// Pixels in which caustics are a large part of the light.
+/// Pixels with a large part of caustics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CausticRegion {
     pixels: Vec<usize>,
 }
 
 impl CausticRegion {
-    /// The region of an image whose caustics are known; none if it has no pixels.
+    /// Returns the region of an image from its caustics; `None` if it has no pixels.
     pub fn new(whole: &Pixels, caustics: &Pixels) -> Option<CausticRegion> {
         let pairs = whole.values.iter().zip(&caustics.values).enumerate();
         let is_in = |light: f64, caustics: f64| caustics > 0.0 && caustics >= MIN_PART * light;
@@ -61,18 +62,18 @@ impl CausticRegion {
         (!pixels.is_empty()).then_some(CausticRegion { pixels })
     }
 
-    /// Those of an image's values that are in the region.
+    /// Selects an image's values in the region.
     pub fn pick(&self, values: &[f64]) -> Vec<f64> {
         self.pixels.iter().map(|&pixel| values[pixel]).collect()
     }
 
-    /// The mean of an image's values over the region.
+    /// Returns the mean of an image's values over the region.
     pub fn mean(&self, values: &[f64]) -> f64 {
         self.pick(values).iter().sum::<f64>() / self.pixels.len() as f64
     }
 }
 
-/// The region of a comparison.
+/// Returns the caustic region of a comparison's reference.
 fn region(comparison: &Comparison<'_>) -> Result<CausticRegion, NoValue> {
     let region = comparison.shared(|Comparison { reference, .. }| {
         let caustics = reference.caustics.as_ref();
@@ -81,7 +82,7 @@ fn region(comparison: &Comparison<'_>) -> Result<CausticRegion, NoValue> {
     (*region).clone().ok_or(NoValue::NoCausticRegion)
 }
 
-/// A mean of the relative squared errors in the region, mean over runs.
+/// Returns the mean over runs of an average of the relative squared errors in the region.
 fn errors(comparison: &Comparison<'_>, mean: fn(&[f64]) -> f64) -> MetricValue {
     let region = region(comparison)?;
     let reference = &comparison.reference.mean;

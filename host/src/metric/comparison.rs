@@ -1,4 +1,4 @@
-//! What every metric is given, and a metric as data.
+//! Inputs of every metric, and a metric as data.
 
 use std::any::{Any, TypeId};
 use std::cell::RefCell;
@@ -9,10 +9,10 @@ use super::flip::PIXELS_PER_DEGREE;
 use super::pixels::{Estimate, Pixels};
 use caustics_files::image_file::Encoding;
 
-/// How to look at the images.
+/// Viewing conditions.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewing {
-    /// What the images were read from.
+    /// Encoding of the images' files.
     pub encoding: Encoding,
     /// Exposure of scene-linear images for `flip_ldr` (stops).
     pub exposure: f64,
@@ -26,45 +26,45 @@ impl Default for Viewing {
     }
 }
 
-/// A metric's value, or why there is none.
+/// Value of a metric, or the reason why it has none.
 pub type MetricValue = Result<f64, NoValue>;
 
-/// Why a metric has no value.
+/// Reason why a metric has no value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoValue {
-    /// No metric of this name.
+    /// There is no metric of this name.
     #[error("no metric is called {0}")]
     Unknown(String),
-    /// Some pixels are NaN or infinite: so many.
+    /// This number of pixels are NaN or infinite.
     #[error("{0} pixels are not finite")]
     NonFinite(usize),
     /// The value is NaN or infinite.
     #[error("its value is {0}")]
     Undefined(f64),
-    /// No run.
+    /// There is no run.
     #[error("there is no image")]
     NoImage,
-    /// PNG holds what a display shows.
+    /// The images are PNG files, which hold display colours.
     #[error("display colours have no high dynamic range; compare EXR files")]
     DisplayColours,
-    /// Nothing to relate an error to.
+    /// The reference is black, so that relative errors are undefined.
     #[error("the reference is black")]
     BlackReference,
-    /// The pixels where caustics are seen are not known, or there are none.
+    /// The caustic region is unknown or empty.
     #[error(
         "the reference has no layer caustics beside all its light, or no pixel of which they are a fifth"
     )]
     NoCausticRegion,
-    /// The image's noise is not known.
+    /// The image's noise is unknown.
     #[error("it takes several runs of the image, or a variance layer of it")]
     NoImageNoise,
-    /// The reference's noise is not known, and is part of the bias.
+    /// The reference's noise is unknown and remains in the bias.
     #[error("the reference has no variance layer; bias2 holds its variance too")]
     NoSplitReference,
-    /// The reference's noise is not known.
+    /// The reference's noise is unknown.
     #[error("the reference has no variance layer")]
     NoReferenceNoise,
-    /// The noise of one of the two is not known.
+    /// The noise of the image or of the reference is unknown.
     #[error("it takes a variance layer of the reference, and several runs or a variance layer of the image")]
     NoNoise,
     /// A variance is negative, NaN or infinite.
@@ -72,58 +72,58 @@ pub enum NoValue {
     BadVariance,
 }
 
-/// Which values of a metric are good.
+/// Direction in which a metric's values are better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Better {
-    /// The lower the better; of a part that may be negative too.
+    /// Lower is better, also for a part that may be negative.
     Lower,
-    /// The nearer to 0 the better: the sign says which of the two images is brighter.
+    /// Nearer to 0 is better; the sign tells which image is brighter.
     NearZero,
-    /// The nearer to 1 the better.
+    /// Nearer to 1 is better.
     NearOne,
 }
 
-/// A distance between images, as data.
+/// Metric as data: a distance between images.
 #[derive(Debug)]
 pub struct Metric {
     /// Name in reports and on the command line.
     pub name: &'static str,
-    /// Description, in one line.
+    /// Description in one line.
     pub description: &'static str,
-    /// Its unit; "1" for a plain number, "unit" stands for that of the layer.
+    /// Unit: "1" for a plain number, "unit" for the unit of the layer.
     pub unit: &'static str,
-    /// Which values are good.
+    /// Direction in which values are better.
     pub better: Better,
-    /// Limitations: where its value misleads, in one line.
+    /// Limitations in one line: cases in which the value misleads.
     pub limitations: &'static str,
-    /// Its value.
+    /// Function that computes the value.
     pub compute: fn(&Comparison<'_>) -> MetricValue,
 }
 
 impl Metric {
-    /// What a limit on the value is compared with.
+    /// Returns the value that a limit is compared with.
     pub fn limited(&self, value: f64) -> f64 {
         if self.better == Better::NearZero { value.abs() } else { value }
     }
 }
 
-/// Runs of an image beside a reference of their size; all pixels are finite.
+/// Runs of an image and a reference of the same size. All pixels are finite.
 pub struct Comparison<'a> {
     /// The image, or several runs of it; at least one.
     pub runs: &'a [Estimate],
-    /// What they should be.
+    /// The reference.
     pub reference: &'a Estimate,
-    /// How to look at them.
+    /// Viewing conditions.
     pub viewing: Viewing,
     shared: RefCell<HashMap<TypeId, Rc<dyn Any>>>,
 }
 
 impl<'a> Comparison<'a> {
-    /// A comparison of at least one run with a reference.
+    /// Compares at least one run with a reference.
     ///
     /// # Errors
     ///
-    /// If there is no run, or a pixel is NaN or infinite: then no metric has a value.
+    /// If there is no run, or a pixel is NaN or infinite. Then no metric has a value.
     pub fn new(
         runs: &'a [Estimate],
         reference: &'a Estimate,
@@ -137,7 +137,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// What several metrics are made of, computed for the first of them; its type is its name.
+    /// Returns a value that several metrics need. The first call computes it; its type is its key.
     pub fn shared<T: 'static>(&self, compute: impl FnOnce(&Self) -> T) -> Rc<T> {
         let known = self.shared.borrow().get(&TypeId::of::<T>()).cloned();
         if let Some(known) = known.and_then(|known| known.downcast().ok()) {
@@ -148,7 +148,7 @@ impl<'a> Comparison<'a> {
         value
     }
 
-    /// Mean over the runs of a distance between one of them and the reference.
+    /// Returns the mean over runs of a distance between run and reference.
     pub fn mean(&self, distance: impl Fn(&Pixels, &Pixels) -> f64) -> f64 {
         let values = self.runs.iter().map(|run| distance(&run.mean, &self.reference.mean));
         values.sum::<f64>() / self.runs.len() as f64

@@ -1,4 +1,4 @@
-//! Energy ratio: sum of the image over sum of the reference, all channels, no unit.
+//! Energy ratio: sum of the image over sum of the reference over all channels, without a unit.
 
 use glam::DVec3;
 
@@ -39,17 +39,18 @@ fn shared_energy(comparison: &Comparison<'_>) -> EnergyRatio {
     *comparison.shared(|Comparison { runs, reference, .. }| energy(runs, reference))
 }
 
-/// A ratio and how far noise may have moved it.
+/// Energy ratio and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyRatio {
-    /// Sum of the image (mean of its runs) over sum of the reference; not finite against a black reference.
+    /// Sum of the image (mean of its runs) over sum of the reference; not finite for a black reference.
     pub ratio: f64,
-    /// Standard error of the ratio, where the noise of both is known.
+    /// Standard error of the ratio; `None` unless the noise of both images is known.
     pub standard_error: Option<f64>,
 }
 
-/// The energy ratio. The noise of the image is that between runs, else that of its variance, as is that of the
-/// reference; channels are then taken as fully correlated and pixels as independent.
+/// Returns the energy ratio. The image's noise comes from the differences between its runs, or else from its variance
+/// layer. The reference's noise comes from its variance layer.
+/// For variance layers, channels count as fully correlated and pixels as independent.
 pub fn energy(runs: &[Estimate], reference: &Estimate) -> EnergyRatio {
     let sum = |pixels: &Pixels| pixels.values.iter().sum::<DVec3>().element_sum();
     let variance_of_sum = |variance: &Pixels| {

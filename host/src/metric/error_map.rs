@@ -1,25 +1,25 @@
-//! An error for each pixel, its mean, and an image of it.
+//! Error of each pixel, its mean, and its display as an image.
 
 use glam::Vec3;
 
-/// Errors, row by row from the top.
+/// Map of errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorMap {
     /// Width (px).
     pub width: usize,
     /// Height (px).
     pub height: usize,
-    /// The error of each pixel, row by row from the top: 0 is none, 1 the largest there is.
+    /// Error of each pixel in [0, 1], row by row from the top.
     pub values: Vec<f64>,
 }
 
 impl ErrorMap {
-    /// Mean error.
+    /// Returns the mean error.
     pub fn mean(&self) -> f64 {
         self.values.iter().sum::<f64>() / self.values.len() as f64
     }
 
-    /// Display colours: the map Magma in 256 steps, from black over purple to light yellow.
+    /// Returns display colours of the map Magma in 256 steps, from black over purple to light yellow.
     pub fn to_colors(&self) -> Vec<Vec3> {
         let color = |&value: &f64| {
             let step = (value.clamp(0.0, 1.0) * 255.0 + 0.5) as usize;
@@ -29,7 +29,7 @@ impl ErrorMap {
         self.values.iter().map(color).collect()
     }
 
-    /// Mean of maps of one size; `None` if there are none.
+    /// Returns the mean of maps of one size; `None` if there are none.
     pub fn mean_of(maps: impl IntoIterator<Item = ErrorMap>) -> Option<ErrorMap> {
         let mut maps = maps.into_iter();
         let (mut mean, mut count) = (maps.next()?, 1.0);

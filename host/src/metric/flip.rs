@@ -1,8 +1,10 @@
-//! FLIP of two display-linear images: the difference per pixel that a person sees when they alternate, 0 to 1.
+//! FLIP of two display-linear images: the perceived difference of each pixel when an observer alternates between them, from
+//! 0 to 1.
 //!
-//! Our implementation of P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. Fairchild, "FLIP: A
-//! Difference Evaluator for Alternating Images", HPG 2020, with the constants of NVIDIA's (BSD-3-Clause,
-//! github.com/NVlabs/flip), against which it is tested. Filters are separable, as theirs are since version 1.2.
+//! Implementation of P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. Fairchild, "FLIP: A
+//! Difference Evaluator for Alternating Images", HPG 2020.
+//! Its constants are those of NVIDIA's implementation (BSD-3-Clause, github.com/NVlabs/flip), against which it is tested.
+//! Filters are separable, as in NVIDIA's since version 1.2.
 
 pub mod color;
 mod filter;
@@ -18,12 +20,12 @@ pub const PIXELS_PER_DEGREE: f64 = 3840.0 * std::f64::consts::PI / 180.0;
 
 /// Exponent that compresses colour distances.
 const COLOR_EXPONENT: f64 = 0.7;
-/// Colour distances up to this part of the largest are stretched...
+/// Part of the largest colour distance below which distances are stretched.
 const STRETCHED: f64 = 0.4;
-/// ...to this part of the scale.
+/// Part of the scale that the stretched distances take.
 const STRETCHED_TO: f64 = 0.95;
 
-/// The difference of every pixel; both images display-linear in [0, 1] and of one size.
+/// Returns the difference of every pixel. Both images are display-linear in [0, 1] and of one size.
 pub fn flip(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> ErrorMap {
     let (seen_image, seen_reference) = (Seen::new(image), Seen::new(reference));
     let filters = filter::contrast_sensitivity(pixels_per_degree);
@@ -31,7 +33,7 @@ pub fn flip(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> Error
     let filters = filter::features(pixels_per_degree);
     let features = [&seen_image, &seen_reference].map(|seen| seen.features(&filters));
 
-    // Blue and green are the farthest apart.
+    // The distance between green and blue is the largest.
     let compressed = |a, b| color::distance(a, b).powf(COLOR_EXPONENT);
     let largest = compressed(color::to_hunt_lab(DVec3::Y), color::to_hunt_lab(DVec3::Z));
     let knee = STRETCHED * largest;
@@ -68,7 +70,7 @@ impl Seen {
         filter::along_columns(&filter::along_rows(plane, self.width, across), self.width, down)
     }
 
-    /// What is left after the eye's blur, as uniform colours.
+    /// Filters by the contrast sensitivity of the eye and converts to uniform colours.
     fn colors(&self, [achromatic, red_green, first, second]: &[filter::Weights; 4]) -> Vec<DVec3> {
         let [y, x, z] = &self.planes;
         let blurred = |plane, weights: &[f64]| self.filtered(plane, weights, weights);
@@ -81,7 +83,7 @@ impl Seen {
         (0..y.len()).into_par_iter().map(at).collect()
     }
 
-    /// Strength of edges and points in the achromatic plane.
+    /// Returns the strength of edges and points in the achromatic plane.
     fn features(&self, [gauss, slope, curvature]: &[filter::Weights; 3]) -> Vec<(f64, f64)> {
         let grey: Vec<f64> = self.planes[0].par_iter().map(|y| (y + 16.0) / 116.0).collect();
         let length = |weights: &[f64]| -> Vec<f64> {

@@ -1,7 +1,7 @@
-//! FLIP of scene-linear images: each pixel's largest FLIP over the exposures at which the reference can be looked at.
+//! FLIP of scene-linear images: the maximum of each pixel's FLIP over the useful exposures of the reference.
 //!
-//! Our implementation of P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller, "Visualizing Errors in Rendered High
-//! Dynamic Range Images", Eurographics 2021, with the tone curve, exposures and constants of NVIDIA's version 1.7.
+//! Implementation of P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller, "Visualizing Errors in Rendered High Dynamic
+//! Range Images", Eurographics 2021. Tone curve, exposures and constants are those of NVIDIA's version 1.7.
 
 use std::rc::Rc;
 
@@ -13,7 +13,7 @@ use super::flip::{color, flip};
 use super::pixels::Pixels;
 use caustics_files::image_file::Encoding;
 
-/// What a person sees of the difference at the exposure that shows it most.
+/// Perceived difference at the exposure that shows it most.
 pub static FLIP_HDR: Metric = Metric {
     name: "flip_hdr",
     description: "What a person sees of the difference at the exposure that shows it most",
@@ -23,13 +23,13 @@ pub static FLIP_HDR: Metric = Metric {
     compute: value,
 };
 
-/// The mean map over runs.
+/// Mean error map over runs.
 pub struct HdrMap(pub Option<ErrorMap>);
 
-/// The map of this metric, computed once per comparison.
+/// Returns the error map of this metric, computed once per comparison.
 pub fn map(comparison: &Comparison<'_>) -> Rc<HdrMap> {
     comparison.shared(|Comparison { runs, reference, viewing, .. }| {
-        // A reference without exposures has none for any run.
+        // A reference without exposures gives no map for any run.
         let maps =
             runs.iter().map_while(|run| flip_hdr(&run.mean, &reference.mean, viewing.pixels_per_degree));
         HdrMap(ErrorMap::mean_of(maps))
@@ -46,17 +46,17 @@ fn value(comparison: &Comparison<'_>) -> MetricValue {
 /// Exposures, evenly spaced (stops).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
-    /// The darkest: the brightest pixel is shown at 85 % of white.
+    /// Darkest exposure: it shows the brightest pixel at 85 % of white.
     pub start: f64,
-    /// The brightest: the median is shown at 85 % of white.
+    /// Brightest exposure: it shows the median at 85 % of white.
     pub stop: f64,
     /// Number of exposures: about one per stop, at least 2.
     pub count: usize,
 }
 
 impl Exposures {
-    /// Exposures at which a reference can be looked at; `None` if all of it is black. In an image more than
-    /// half black the median is that of the other pixels.
+    /// Returns the useful exposures of a reference; `None` if all of it is black. If the median is black, the median of all
+    /// other pixels takes its place.
     pub fn from_reference(reference: &Pixels) -> Option<Exposures> {
         let mut luminances: Vec<f64> =
             reference.values.iter().map(|&value| color::luminance(value)).collect();
@@ -74,7 +74,7 @@ impl Exposures {
         Some(Exposures { start, stop, count: ((stop - start).ceil() as usize).max(2) })
     }
 
-    /// The exposures (stops).
+    /// Returns all exposures (stops).
     pub fn all(self) -> impl Iterator<Item = f64> {
         let (start, step) = (self.start, (self.stop - self.start) / (self.count - 1) as f64);
         (0..self.count).map(move |index| start + index as f64 * step)
@@ -84,21 +84,21 @@ impl Exposures {
 /// ACES [Narkowicz 2015] with its built-in exposure of 0.6: (a x^2 + b x) / (c x^2 + d x + e).
 const CURVE: [f64; 5] = [0.36 * 2.51, 0.6 * 0.03, 0.36 * 2.43, 0.6 * 0.59, 0.14];
 
-/// Display-linear colour of radiance at an exposure; negative radiance is black.
+/// Returns the display-linear colour of a radiance at an exposure. Negative radiance is black.
 pub fn expose(value: DVec3, stops: f64) -> DVec3 {
     let [a, b, c, d, e] = CURVE;
     let x = value.max(DVec3::ZERO) * stops.exp2();
     ((x * x * a + x * b) / (x * x * c + x * d + e)).clamp(DVec3::ZERO, DVec3::ONE)
 }
 
-/// Radiance that the curve maps to 85 % of white.
+/// Returns the radiance that the curve maps to 85 % of white.
 fn knee() -> f64 {
     let [a, b, c, d, e] = CURVE;
     let (p, q) = ((b - 0.85 * d) / (a - 0.85 * c), -0.85 * e / (a - 0.85 * c));
     -0.5 * p + (0.25 * p * p - q).sqrt()
 }
 
-/// The largest FLIP of every pixel over all exposures; `None` if the reference is black.
+/// Returns the maximum of each pixel's FLIP over all exposures; `None` if the reference is black.
 pub fn flip_hdr(image: &Pixels, reference: &Pixels, pixels_per_degree: f64) -> Option<ErrorMap> {
     let maps = Exposures::from_reference(reference)?.all().map(|stops| {
         let shown = |image: &Pixels| image.map(|value| expose(value, stops));
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_mostly_black_are_exposed_for_what_is_not() {
+    fn mostly_black_images_are_exposed_for_their_other_pixels() {
         let exposures = Exposures::from_reference(&grey(&[0.0, 0.0, 0.0, 4.0, 1.0])).unwrap();
         assert_eq!((exposures.stop - exposures.start).round(), 0.0);
         assert_eq!(exposures.count, 2);

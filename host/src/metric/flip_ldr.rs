@@ -1,4 +1,4 @@
-//! FLIP as seen on a display: of display colours as they are, of radiance through the display's curve.
+//! FLIP on a display. Display colours are compared as they are, radiance after the display's curve.
 
 use std::rc::Rc;
 
@@ -10,7 +10,7 @@ use super::flip::flip;
 use super::pixels::{Estimate, Pixels};
 use caustics_files::image_file::Encoding;
 
-/// What a person sees of the difference on a display, at one exposure.
+/// Perceived difference on a display at one exposure.
 pub static FLIP_LDR: Metric = Metric {
     name: "flip_ldr",
     description: "What a person sees of the difference on a display, at one exposure",
@@ -20,10 +20,10 @@ pub static FLIP_LDR: Metric = Metric {
     compute: |comparison| map(comparison).0.as_ref().map(ErrorMap::mean).ok_or(NoValue::NoImage),
 };
 
-/// The mean map over runs.
+/// Mean error map over runs.
 pub struct LdrMap(pub Option<ErrorMap>);
 
-/// The map of this metric, computed once per comparison.
+/// Returns the error map of this metric, computed once per comparison.
 pub fn map(comparison: &Comparison<'_>) -> Rc<LdrMap> {
     comparison.shared(|Comparison { runs, reference, viewing, .. }| {
         let Viewing { encoding, exposure, pixels_per_degree } = *viewing;
@@ -33,8 +33,8 @@ pub fn map(comparison: &Comparison<'_>) -> Rc<LdrMap> {
     })
 }
 
-/// FLIP of what a display shows. `encoding` says what the images were read from: EXR is exposed by `exposure` stops and
-/// tone-mapped as for the PNG of `render`; PNG is shown as it is.
+/// Returns the FLIP of displayed images. Linear images are exposed by `exposure` stops and tone-mapped as for the PNG of
+/// `render`. sRGB images are compared unchanged.
 pub fn flip_ldr(
     image: &Pixels,
     reference: &Pixels,
@@ -51,7 +51,8 @@ pub fn flip_ldr(
     flip(&shown(image), &shown(reference), pixels_per_degree)
 }
 
-/// The display's curve before its encoding: a rational fit to ACES [Narkowicz 2015], as in the pass `display`.
+/// Tone-maps radiance by the display's curve before its encoding: a rational fit to ACES [Narkowicz 2015], as in the pass
+/// `display`.
 fn curve(value: DVec3) -> DVec3 {
     let x = value.clamp(DVec3::ZERO, DVec3::splat(1e6));
     let mapped = (x * (x * 2.51 + 0.03)) / (x * (x * 2.43 + 0.59) + 0.14);
@@ -64,11 +65,11 @@ mod tests {
     use crate::metric::flip::color::from_srgb;
 
     #[test]
-    fn the_curve_is_that_of_the_display_pass() {
+    fn the_curve_matches_the_display_pass() {
         for value in [0.0_f32, 1e-3, 0.18, 1.0, 7.0, 1e9] {
             let displayed =
                 caustics_kernels::pass::display::tone_mapped(glam::Vec3::splat(value), 1.0).as_dvec3();
-            // f32 against f64.
+            // The tolerance is that of f32 against f64.
             assert!(
                 (from_srgb(displayed) - curve(DVec3::splat(value.into()))).abs().max_element() < 1e-6,
                 "{value}"

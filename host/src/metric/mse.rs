@@ -1,4 +1,4 @@
-//! Mean squared error: mean of (a - b)^2 over pixels and channels (squared unit of the layer).
+//! Mean squared error: mean of (a - b)^2 over pixels and channels, in the squared unit of the layer.
 
 use super::comparison::{Better, Metric};
 use super::pixels::Pixels;
@@ -13,7 +13,7 @@ pub static MSE: Metric = Metric {
     compute: |comparison| Ok(comparison.mean(mse)),
 };
 
-/// The mean squared error.
+/// Returns the mean squared error.
 pub fn mse(image: &Pixels, reference: &Pixels) -> f64 {
     let squares = image.values.iter().zip(&reference.values).map(|(a, b)| (*a - *b).length_squared());
     squares.sum::<f64>() / (3 * image.values.len()) as f64

@@ -1,6 +1,7 @@
-//! The value that a given part of all values does not exceed: one of them, or between two.
+//! Percentiles: the nearest rank, or interpolated between ranks.
 
-/// The smallest of the values that at least `part` (0 to 1) of all do not exceed (nearest rank); NaN if any value is NaN.
+/// Returns the smallest value that is at least as large as a `part` (0 to 1) of all values (nearest rank). NaN if any value
+/// is NaN.
 pub fn percentile(values: &[f64], part: f64) -> f64 {
     if values.is_empty() || values.iter().any(|value| value.is_nan()) {
         return f64::NAN;
@@ -10,7 +11,8 @@ pub fn percentile(values: &[f64], part: f64) -> f64 {
     *sorted.select_nth_unstable_by(rank - 1, f64::total_cmp).1
 }
 
-/// The quantile between order statistics, linearly: a median of two values is their mean. NaN if any value is.
+/// Returns the quantile, interpolated linearly between order statistics. A median of two values is their mean. NaN if any
+/// value is NaN.
 pub fn quantile(values: &[f64], part: f64) -> f64 {
     if values.is_empty() || values.iter().any(|value| value.is_nan()) {
         return f64::NAN;

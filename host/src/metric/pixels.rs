@@ -1,4 +1,4 @@
-//! The pixels that are compared: three channels, row by row from the top, and how far they may be trusted.
+//! Pixels that are compared: three channels, row by row from the top, with their variance if it is known.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -20,9 +20,9 @@ pub struct Pixels {
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
-    /// Columns to the left of it (px).
+    /// Number of columns to the left of the region (px).
     pub x: usize,
-    /// Rows above it (px).
+    /// Number of rows above the region (px).
     pub y: usize,
     /// Width (px).
     pub width: usize,
@@ -31,12 +31,12 @@ pub struct Region {
 }
 
 impl Region {
-    /// The whole of an image.
+    /// Returns the region of a whole image.
     pub fn whole(image: &Channels) -> Region {
         Region { x: 0, y: 0, width: image.width, height: image.height }
     }
 
-    /// Whether it has pixels and all are those of an image of this size.
+    /// Whether the region has pixels and all are within an image of this size.
     pub fn is_within(&self, width: usize, height: usize) -> bool {
         let side = |start: usize, length: usize, limit: usize| {
             length > 0 && start.checked_add(length).is_some_and(|end| end <= limit)
@@ -46,8 +46,8 @@ impl Region {
 }
 
 impl Pixels {
-    /// A layer (see [`Channels::layer`]) within a region, which must be within the image; display colours are
-    /// decoded to display-linear ones. `None` if the image has no such layer.
+    /// Reads a layer (see [`Channels::layer`]) within a region of the image. Display colours are decoded to display-linear
+    /// ones. `None` if the image has no such layer.
     pub fn from_layer(image: &Channels, layer: &str, region: Region) -> Option<Pixels> {
         let rgb = image.layer(layer)?;
         let rows = region.y..region.y + region.height;
@@ -60,17 +60,17 @@ impl Pixels {
         Some(Pixels { width: region.width, height: region.height, values })
     }
 
-    /// Number of pixels in which a channel is NaN or infinite.
+    /// Returns the number of pixels in which a channel is NaN or infinite.
     pub fn non_finite_count(&self) -> usize {
         self.values.iter().filter(|value| !value.is_finite()).count()
     }
 
-    /// Mean of all channels of all pixels.
+    /// Returns the mean of all channels of all pixels.
     pub fn mean(&self) -> f64 {
         self.values.iter().map(|value| value.element_sum()).sum::<f64>() / (3 * self.values.len()) as f64
     }
 
-    /// Each pixel changed by a function.
+    /// Applies a function to each pixel.
     pub fn map(&self, change: impl Fn(DVec3) -> DVec3 + Sync) -> Pixels {
         Pixels {
             values: self.values.par_iter().map(|&value| change(value)).collect(),
@@ -80,20 +80,21 @@ impl Pixels {
     }
 }
 
-/// An image with noise: an estimate of the expected one.
+/// Estimate of an image, with its noise.
 #[derive(Clone, Debug, Default)]
 pub struct Estimate {
-    /// The estimate.
+    /// Estimated image.
     pub mean: Pixels,
-    /// Variance of `mean`, per pixel and channel, if it is known; pixels are taken as independent.
+    /// Variance of `mean` per pixel and channel, if it is known. Pixels count as independent.
     pub variance: Option<Pixels>,
-    /// What of `mean` are caustics, if it is all light and they are known apart.
+    /// Caustics in `mean`, if `mean` is all light and the file has a layer of its caustics.
     pub caustics: Option<Pixels>,
 }
 
 impl Estimate {
-    /// A layer and its variance, if the file has it: `variance.R` and so on for the beauty layer, `NAME.variance.R` for
-    /// another. With the beauty layer come its caustics, if the file has them. None without the layer.
+    /// Reads a layer and, if the file has it, the layer's variance. `None` without the layer.
+    /// The variance is `variance.R` and so on for the beauty layer, `NAME.variance.R` for another. The beauty layer also
+    /// has its caustics, if the file has them.
     pub fn from_layer(image: &Channels, layer: &str, region: Region) -> Option<Estimate> {
         let variance = if layer.is_empty() { "variance".into() } else { format!("{layer}.variance") };
         Some(Estimate {
@@ -104,7 +105,7 @@ impl Estimate {
     }
 }
 
-/// Mean of several images of one size, pixel by pixel.
+/// Returns the mean of several images of one size, pixel by pixel.
 pub fn mean_of(runs: &[Estimate]) -> Pixels {
     let mut mean = runs[0].mean.clone();
     for run in &runs[1..] {

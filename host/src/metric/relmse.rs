@@ -1,8 +1,8 @@
-//! Relative mean squared error: mean of (a - b)^2 / (b^2 + eps) over pixels and channels, no unit.
+//! Relative mean squared error: mean of (a - b)^2 / (b^2 + eps) over pixels and channels, without a unit.
 //!
-//! eps = (0.1 mean of the reference)^2, so that the metric does not change when both images are scaled. [Rousselle et
-//! al. 2011] add 0.01 for images whose mean is about 1, which is the same there. No pixel is left out; [`trimmed`]
-//! says what is left without the worst ones, since one firefly can be more than all other pixels together.
+//! With eps = (0.1 mean of the reference)^2, scaling both images does not change the metric. [Rousselle et al. 2011] add
+//! 0.01, which is the same for images whose mean is 1. The mean includes all pixels.
+//! [`trimmed`] leaves out the worst pixels, since one firefly can outweigh all other pixels.
 
 use glam::DVec3;
 
@@ -47,7 +47,7 @@ struct Means {
     p999: f64,
 }
 
-/// One of the means; they share the errors of the pixels.
+/// Returns one of the means. All of them share the errors of the pixels.
 fn means(comparison: &Comparison<'_>, pick: fn(&Means) -> f64) -> MetricValue {
     if min_square(&comparison.reference.mean) <= 0.0 {
         return Err(NoValue::BlackReference);
@@ -67,24 +67,24 @@ fn means(comparison: &Comparison<'_>, pick: fn(&Means) -> f64) -> MetricValue {
 /// Part of the pixels that [`trimmed`] leaves out.
 pub const TRIMMED: f64 = 0.001;
 
-/// eps, the least square that an error is compared with; 0 where the reference is black.
+/// Returns eps, the minimum square that an error is related to; 0 if the reference is black.
 pub fn min_square(reference: &Pixels) -> f64 {
     (0.1 * reference.mean()).powi(2)
 }
 
-/// Relative squared error of each pixel, mean over channels.
+/// Returns the relative squared error of each pixel, averaged over channels.
 pub fn errors(image: &Pixels, reference: &Pixels) -> Vec<f64> {
     let eps = DVec3::splat(min_square(reference));
     let pairs = image.values.iter().zip(&reference.values);
     pairs.map(|(&a, &b)| ((a - b) * (a - b) / (b * b + eps)).element_sum() / 3.0).collect()
 }
 
-/// The relative mean squared error: the mean of what [`errors`] gives.
+/// Returns the relative mean squared error: the mean of [`errors`].
 pub fn relmse(errors: &[f64]) -> f64 {
     errors.iter().sum::<f64>() / errors.len() as f64
 }
 
-/// The mean of [`errors`] without the 0.1 % of the pixels that have the largest; fewer than 1000 pixels are all kept.
+/// Returns the mean of [`errors`] without the largest 0.1 %. All of fewer than 1000 pixels are kept.
 pub fn trimmed(errors: &[f64]) -> f64 {
     let limit = percentile(errors, 1.0 - TRIMMED);
     let (mut kept, mut sum) = (0_usize, 0.0);
@@ -92,12 +92,12 @@ pub fn trimmed(errors: &[f64]) -> f64 {
         kept += 1;
         sum += error;
     }
-    // Of equal errors at the limit, as many as belong to the kept ones.
+    // Keep as many of the errors that equal the limit as the rank requires.
     let equal = rank(errors.len()) - kept;
     (sum + equal as f64 * limit) / (kept + equal) as f64
 }
 
-/// Pixels that are kept.
+/// Returns the number of pixels that are kept.
 fn rank(count: usize) -> usize {
     count - (count as f64 * TRIMMED) as usize
 }

@@ -1,4 +1,4 @@
-//! Every metric of an image, or of several runs of it, against a reference.
+//! Report of all metrics of an image, or of several runs of it, against a reference.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::pixels::Estimate;
 use super::{METRICS, flip_hdr, flip_ldr, z_test};
 use caustics_files::image_file::Encoding;
 
-/// The metric of a name.
+/// Returns the metric of this name.
 pub fn metric(name: &str) -> Option<&'static Metric> {
     METRICS.iter().find(|metric| metric.name == name).copied()
 }
@@ -18,15 +18,15 @@ pub fn metric(name: &str) -> Option<&'static Metric> {
 pub struct MetricReport {
     /// Value of each of [`METRICS`], in their order.
     pub values: Vec<(&'static Metric, MetricValue)>,
-    /// Blocks that the z-test compared, if there is a test.
+    /// Number of blocks of the z-test; `None` if there is no test.
     pub z_blocks: Option<usize>,
-    /// FLIP's map: `flip_hdr` of scene-linear images, else `flip_ldr`; the mean over runs.
+    /// FLIP's error map, averaged over runs: `flip_hdr` for scene-linear images, else `flip_ldr`.
     pub map: Option<ErrorMap>,
 }
 
 impl MetricReport {
-    /// Computes all metrics of at least one run against a reference of the same size. All but the energy ratio and the
-    /// z-test are those of one run; of several runs the mean is given. Where pixels are not finite no metric has a value.
+    /// Computes all metrics of at least one run against a reference of the same size. Metrics are averaged over runs,
+    /// except the energy ratio and the z-test. If a pixel is not finite, no metric has a value.
     pub fn new(runs: &[Estimate], reference: &Estimate, viewing: &Viewing) -> MetricReport {
         let comparison = match Comparison::new(runs, reference, *viewing) {
             Ok(comparison) => comparison,
@@ -49,22 +49,22 @@ impl MetricReport {
         MetricReport { values, z_blocks: z_test::blocks(&comparison), map }
     }
 
-    /// The value of a metric.
+    /// Returns the value of a metric.
     ///
     /// # Errors
     ///
-    /// If it has none; the error says why.
+    /// If the metric has no value; the error says why.
     pub fn get(&self, name: &str) -> MetricValue {
         let found = self.values.iter().find(|(metric, _)| metric.name == name);
         found.map_or_else(|| Err(NoValue::Unknown(name.into())), |(_, value)| value.clone())
     }
 
-    /// Values by name, as JSON holds them; `None` for a metric without one.
+    /// Returns the values by name for JSON; `None` for a metric without a value.
     pub fn by_name(&self) -> BTreeMap<&'static str, Option<f64>> {
         self.values.iter().map(|(metric, value)| (metric.name, value.as_ref().ok().copied())).collect()
     }
 
-    /// Why metrics have no value, by name, as JSON holds it.
+    /// Returns the reasons of missing values by name for JSON.
     pub fn unavailable(&self) -> BTreeMap<&'static str, String> {
         let reasons = self.values.iter();
         reasons.filter_map(|(metric, value)| Some((metric.name, value.as_ref().err()?.to_string()))).collect()

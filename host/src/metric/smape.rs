@@ -1,7 +1,8 @@
-//! Symmetric mean absolute percentage error: mean of |a - b| / (|a| + |b|) over pixels and channels, no unit; 0 / 0 is 0.
+//! Symmetric mean absolute percentage error: mean of |a - b| / (|a| + |b|) over pixels and channels, without a unit; 0 / 0
+//! is 0.
 //!
-//! As [Vogels et al. 2018] have it, without their constant in the denominator: scaling both images changes nothing. The
-//! largest value is 1, the error of a pixel that is black in one image alone.
+//! The definition is that of [Vogels et al. 2018] without the constant in the denominator, so that scaling both images does
+//! not change it. The maximum is 1, the error of a pixel that is black in one image only.
 
 use super::comparison::{Better, Metric};
 use super::pixels::Pixels;
@@ -16,7 +17,7 @@ pub static SMAPE: Metric = Metric {
     compute: |comparison| Ok(comparison.mean(smape)),
 };
 
-/// The symmetric mean absolute percentage error.
+/// Returns the symmetric mean absolute percentage error.
 pub fn smape(image: &Pixels, reference: &Pixels) -> f64 {
     let error = |(a, b): (f64, f64)| if a == b { 0.0 } else { (a - b).abs() / (a.abs() + b.abs()) };
     let pairs = image.values.iter().zip(&reference.values);

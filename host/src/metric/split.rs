@@ -1,8 +1,9 @@
-//! A weighted squared error, split into what is always wrong and what is noise.
+//! Split of a weighted squared error into bias and variance.
 //!
-//! For runs x_i of one estimator, their mean m and their variance s^2, against a reference r of variance v:
-//! mean (x_i - r)^2 = bias^2 + variance of a run + v, with the unbiased estimates s^2 of the variance and
-//! (m - r)^2 - s^2 / n - v of bias^2, exactly. The estimate of bias^2 may be negative: then the bias is lost in noise.
+//! Let x_i be n runs of one estimator, m their mean and s^2 their variance, and r a reference of variance v. Then
+//! `mean (x_i - r)^2 = bias^2 + variance of a run + v`.
+//! The equation holds exactly for the unbiased estimates `s^2` of the variance and `(m - r)^2 - s^2 / n - v` of bias^2. A
+//! negative estimate of bias^2 means that the bias is below the noise.
 
 use glam::DVec3;
 
@@ -70,10 +71,10 @@ pub static MSE_REFERENCE: Metric = Metric {
     compute: |comparison| reference_variance(comparison, absolute(comparison)?),
 };
 
-/// The split of relative errors, computed once per comparison.
+/// Split of relative errors, computed once per comparison.
 struct Relative(Option<Split>);
 
-/// The split of absolute errors, computed once per comparison.
+/// Split of absolute errors, computed once per comparison.
 struct Absolute(Option<Split>);
 
 fn relative(comparison: &Comparison<'_>) -> Result<Split, NoValue> {
@@ -98,19 +99,19 @@ fn reference_variance(comparison: &Comparison<'_>, split: Split) -> MetricValue 
     }
 }
 
-/// The parts of a squared error; means over pixels and channels.
+/// Parts of a squared error, averaged over pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Split {
     /// Squared bias.
     pub bias2: f64,
     /// Variance of one run.
     pub variance: f64,
-    /// Variance of the reference; 0 where it is not known, and then part of `bias2`.
+    /// Variance of the reference. If it is unknown, it is 0 here and part of `bias2`.
     pub reference_variance: f64,
 }
 
-/// Splits the mean of `weight(reference) * (x - reference)^2`. None where the noise of the image is not known: it takes
-/// two runs, or a variance layer.
+/// Splits the mean of `weight(reference) * (x - reference)^2`. `None` if the image's noise is unknown: it takes two runs or
+/// a variance layer.
 pub fn split(runs: &[Estimate], reference: &Estimate, weight: impl Fn(DVec3) -> DVec3) -> Option<Split> {
     let mean = mean_of(runs);
     let of_mean = variance_of_mean(runs, &mean)?;
@@ -131,7 +132,8 @@ pub fn split(runs: &[Estimate], reference: &Estimate, weight: impl Fn(DVec3) -> 
     })
 }
 
-/// Variance of the mean of runs, pixel by pixel: from the runs if there are several, else from the variance layer.
+/// Returns the variance of the mean of runs, pixel by pixel. It comes from the runs if there are several, else from the
+/// variance layer.
 fn variance_of_mean(runs: &[Estimate], mean: &Pixels) -> Option<Pixels> {
     if let [run] = runs {
         return run.variance.clone();

@@ -1,4 +1,4 @@
-//! Known answers of the metrics. Images of noise have fixed seeds.
+//! Tests of the metrics against known values. Noisy images have fixed seeds.
 
 use glam::DVec3;
 
@@ -23,12 +23,12 @@ fn constant(value: f64) -> Pixels {
     pixels(9, 5, |_| DVec3::splat(value))
 }
 
-/// An image of many values.
+/// Returns an image of many different values.
 fn varied() -> Pixels {
     pixels(40, 30, |i| DVec3::new(i as f64 % 7.0, 0.1 + (i as f64 * 0.37).sin().abs(), 2.0))
 }
 
-/// Standard normal numbers: Box and Muller, from SplitMix64.
+/// Standard normal numbers: Box-Muller transform of SplitMix64.
 struct Noise(u64);
 
 impl Noise {
@@ -45,7 +45,7 @@ impl Noise {
         radius * (std::f64::consts::TAU * self.uniform()).cos()
     }
 
-    /// Another draw of an image with independent noise of a relative deviation, and its variance.
+    /// Returns a new sample of an image with independent noise of a relative deviation, and its variance.
     fn sample(&mut self, expected: &Pixels, deviation: f64) -> Estimate {
         let mut noisy = |value: f64| value + deviation * value * self.normal();
         let mean = pixels(expected.width, expected.height, |i| {
@@ -68,7 +68,7 @@ fn close(a: f64, b: f64) -> bool {
 }
 
 #[test]
-fn constant_pictures_have_known_errors() {
+fn constant_images_have_known_errors() {
     let (image, reference) = (constant(3.0), constant(2.0));
     assert!(close(mse(&image, &reference), 1.0));
     let errors = relmse::errors(&image, &reference);
@@ -144,20 +144,20 @@ fn quantiles_lie_between_values() {
 }
 
 #[test]
-fn a_firefly_counts_in_relmse_and_is_trimmed_from_trimmed() {
+fn a_firefly_counts_in_relmse_and_is_left_out_of_relmse_trimmed() {
     let mut errors = vec![0.25; 2000];
     (errors[17], errors[1203]) = (1e6, 5e5);
     assert!(relmse::relmse(&errors) > 700.0);
     assert!(close(relmse::trimmed(&errors), 0.25));
-    // A third is one too many.
+    // A third large error exceeds the trimmed part.
     errors[5] = 1e3;
     assert!(close(relmse::trimmed(&errors), (1997.0 * 0.25 + 1e3) / 1998.0));
-    // Of less than 1000 pixels none is trimmed.
+    // With fewer than 1000 pixels, no pixel is trimmed.
     assert!(close(relmse::trimmed(&[1.0, 2.0, 6.0]), 3.0));
 }
 
 #[test]
-fn energy_knows_its_standard_error() {
+fn energy_standard_error_matches_the_scatter_of_ratios() {
     let expected = pixels(32, 32, |_| DVec3::new(1.0, 2.0, 0.5));
     let mut noise = Noise(3);
     let reference = noise.sample(&expected, 0.01);
@@ -173,8 +173,8 @@ fn energy_knows_its_standard_error() {
         }
         let ratio = estimated / squares;
         println!("{runs} runs: the estimated variance is {ratio:.3} of the true one");
-        // A variance of 400 tries is known to 7 %. From a variance layer, channels count as correlated: these are not,
-        // and (1 + 2 + 0.5)^2 / (1 + 4 + 0.25) = 2.33 is the price.
+        // A variance of 400 tries is known to 7 %. A variance layer counts channels as correlated, and these are
+        // independent. The estimate is then larger by (1 + 2 + 0.5)^2 / (1 + 4 + 0.25) = 2.33.
         let exact = if runs == 1 { 12.25 / 5.25 } else { 1.0 };
         assert!((ratio / exact - 1.0).abs() < 0.28, "{ratio}");
     }
@@ -195,14 +195,14 @@ fn squared_errors_split_into_bias_and_variance() {
         let found = split(&images, &reference, |_| DVec3::ONE).unwrap();
         let whole: f64 =
             images.iter().map(|run| mse(&run.mean, &reference.mean)).sum::<f64>() / f64::from(runs);
-        // They add up, but for rounding.
+        // The parts add up, apart from rounding.
         assert!(close(found.bias2 + found.variance + found.reference_variance, whole));
         // Bias 0.1, deviations 0.33 and 0.05: 12288 squared normal numbers, four standard errors.
         let of_mean = (1.1 * deviation).powi(2) / f64::from(runs) + deviation_reference.powi(2);
         let error = (4.0 * 0.01 * of_mean + 2.0 * of_mean * of_mean).sqrt() / 12288_f64.sqrt();
         println!("{runs} runs: bias^2 {:.5} +- {error:.5}, variance {:.5}", found.bias2, found.variance);
         assert!((found.bias2 - 0.01).abs() < 4.0 * error, "{found:?}");
-        // The variance of one run is known from its layer, else from 12288 (runs - 1) squares.
+        // The variance of one run is known from its layer, or estimated from 12288 (runs - 1) squares.
         let error = 0.1089 * (2.0 / f64::from(12288 * (runs - 1).max(1))).sqrt();
         assert!((found.variance - 0.1089).abs() < 4.0 * error, "{found:?}");
         assert!(close(found.reference_variance, 0.0025), "{found:?}");
@@ -211,7 +211,7 @@ fn squared_errors_split_into_bias_and_variance() {
     assert_eq!(split(&silent, &silent[0], |_| DVec3::ONE), None);
 }
 
-/// What the z-test says of `tries` pairs of images, the tested one brighter by a factor.
+/// Returns the z-tests of `tries` pairs of images. The tested image is brighter by a factor.
 fn z_tests(runs: usize, tries: usize, size: (usize, usize), gain: f64) -> Vec<super::z_test::ZTest> {
     let expected = pixels(size.0, size.1, |i| DVec3::new(1.0, 2.0, 0.5) * (1.0 + (i % 13) as f64));
     let mut noise = Noise(99 + runs as u64);
@@ -228,27 +228,28 @@ fn z_tests(runs: usize, tries: usize, size: (usize, usize), gain: f64) -> Vec<su
 }
 
 #[test]
-fn z_accepts_equal_expectations() {
+fn z_test_accepts_equal_expectations() {
     for (runs, size) in [(1, (64, 48)), (1, (37, 21)), (4, (64, 48)), (16, (37, 21))] {
         let tests = z_tests(runs, 200, size, 1.0);
         let mean_square = tests.iter().map(|test| test.mean_square).sum::<f64>() / 200.0;
         let rejected = |limit: f64| tests.iter().filter(|test| test.probability < limit).count();
         println!("{runs} runs, {size:?}: mean z^2 {mean_square:.3}, below 5 %: {} of 200", rejected(0.05));
-        // 144 or 45 z a test, 200 tests: 0.8 to 1.5 % is one deviation. Welch's degrees of freedom are an approximation.
+        // A test has 144 or 45 values of z. Over 200 tests one deviation is 0.8 to 1.5 %. Welch's degrees of freedom are an
+        // approximation.
         assert!((mean_square - 1.0).abs() < 0.06, "{mean_square}");
-        // Bonferroni: at most 10 of 200 are expected below 5 %, and 22 are four deviations more.
+        // Bonferroni: at most 10 of 200 are expected below 5 %; 22 are four deviations more.
         assert!(rejected(0.05) <= 22 && rejected(1e-4) == 0);
         assert_eq!(tests[0].blocks, size.0.div_ceil(8) * size.1.div_ceil(8));
     }
 }
 
 #[test]
-fn z_rejects_two_percent_more_light() {
+fn z_test_rejects_two_percent_more_or_less_light() {
     for (runs, size) in [(1, (64, 48)), (1, (61, 53)), (4, (64, 48)), (16, (61, 53))] {
         for gain in [1.02, 0.98] {
             let tests = z_tests(runs, 20, size, gain);
             let min_surprise = tests.iter().map(super::z_test::ZTest::surprise).fold(f64::INFINITY, f64::min);
-            // The image's z is 10 with one run, 14 with many: 6 deviations above the limit.
+            // The image's z is 10 with one run and 14 with many: 6 deviations above the limit.
             println!("{runs} runs, {size:?}: surprise at least {min_surprise:.1}, z {:.1}", tests[0].z_image);
             assert!(min_surprise > 4.0, "{min_surprise}");
             assert!(tests.iter().all(|test| (test.z_image > 0.0) == (gain > 1.0)));
@@ -257,7 +258,7 @@ fn z_rejects_two_percent_more_light() {
 }
 
 #[test]
-fn z_finds_a_block_that_differs() {
+fn z_test_detects_a_block_that_differs() {
     let expected = pixels(64, 64, |_| DVec3::ONE);
     let mut noise = Noise(5);
     let (reference, mut image) = (noise.sample(&expected, 0.05), noise.sample(&expected, 0.1));
@@ -266,13 +267,13 @@ fn z_finds_a_block_that_differs() {
         image.mean.values[y * 64 + 40..][..8].iter_mut().for_each(|value| value.y += 0.2);
     }
     let after = z_test(std::slice::from_ref(&image), &reference).unwrap();
-    // 0.2 against a deviation of sqrt(0.01 + 0.0025) / 8.
+    // The difference is 0.2, the deviation sqrt(0.01 + 0.0025) / 8.
     assert!((after.largest - 0.2 * 8.0 / 0.0125_f64.sqrt()).abs() < 4.0, "{after:?}");
     assert!(before.surprise() < 3.0 && after.surprise() > 20.0);
 }
 
 #[test]
-fn z_needs_noise_that_is_known() {
+fn z_test_requires_known_noise_of_both_images() {
     let known = Noise(6).sample(&constant(1.0), 0.1);
     let unknown = Estimate { variance: None, ..known.clone() };
     let one = |run: &Estimate, reference: &Estimate| z_test(std::slice::from_ref(run), reference);
@@ -283,7 +284,7 @@ fn z_needs_noise_that_is_known() {
     wrong.variance.as_mut().unwrap().values[3].y = -1.0;
     assert_eq!(one(&known, &wrong), Err(NoValue::BadVariance));
 
-    // Without noise nothing is tested, unless there is a difference.
+    // Blocks without noise are tested only if they differ.
     let silent =
         |value: f64| Estimate { mean: constant(value), variance: Some(constant(0.0)), caustics: None };
     let test = one(&silent(1.0), &silent(1.0)).unwrap();
@@ -310,7 +311,7 @@ fn reports_hold_every_metric_once_and_in_order() {
     }
     assert_eq!(full.map.unwrap().values.len(), 20 * 18);
 
-    // What cannot be said has a reason.
+    // A missing value has a reason.
     let blind = Estimate { variance: None, ..reference.clone() };
     let lonely = MetricReport::new(&[Estimate { variance: None, ..image }], &blind, &Viewing::default());
     for name in
@@ -336,7 +337,7 @@ fn reports_hold_every_metric_once_and_in_order() {
 }
 
 #[test]
-fn pixels_that_are_not_finite_leave_nothing_defined() {
+fn no_metric_has_a_value_if_a_pixel_is_not_finite() {
     let good = Noise(8).sample(&constant(1.0), 0.1);
     for value in [f64::NAN, f64::INFINITY] {
         let mut bad = good.clone();
@@ -353,8 +354,8 @@ fn pixels_that_are_not_finite_leave_nothing_defined() {
 }
 
 #[test]
-fn errors_of_the_caustic_region_are_those_of_its_pixels() {
-    // Caustics are half the light of every second column, and a tenth of it between.
+fn errors_outside_the_caustic_region_do_not_count() {
+    // Caustics are half of the light in every second column, and a tenth in the others.
     let mean = constant(2.0);
     let caustics = pixels(9, 5, |i| DVec3::splat(if i % 9 % 2 == 0 { 1.0 } else { 0.2 }));
     let reference = Estimate { mean, caustics: Some(caustics), variance: None };
@@ -368,12 +369,12 @@ fn errors_of_the_caustic_region_are_those_of_its_pixels() {
             close(report_for(0).get(name).unwrap(), expected),
             "{name}: all pixels of the region are wrong"
         );
-        assert_eq!(report_for(1).get(name), Ok(0.0), "{name}: what is wrong is beside it");
+        assert_eq!(report_for(1).get(name), Ok(0.0), "{name}: the errors are outside of the region");
     }
     let flip = |wrong| {
         report_for(wrong).get("flip_ldr_caustic_region").unwrap() / report_for(wrong).get("flip_ldr").unwrap()
     };
-    assert!(flip(0) > 1.0 && flip(1) < 1.0, "FLIP of a pixel is largest where it is wrong");
+    assert!(flip(0) > 1.0 && flip(1) < 1.0, "FLIP of the region is larger only if the region is wrong");
     for caustics in [None, Some(constant(0.3))] {
         let reference = Estimate { caustics, ..reference.clone() };
         let report = MetricReport::new(std::slice::from_ref(&reference), &reference, &Viewing::default());

@@ -1,14 +1,16 @@
-//! A z-test: whether an image and a reference, both noisy, may have one and the same expectation.
+//! z-test: whether a noisy image and a noisy reference can have the same expectation.
 //!
-//! Means of 8x8 blocks are compared, channel by channel: z = (a - b) / sqrt(var a + var b) is a standard normal number
-//! where only noise differs. The variance of the image's block is that between runs (noise that neighbouring pixels share
-//! is then counted), else that of its variance layer with independent pixels, as is that of the reference. Of few runs
-//! the variance itself is uncertain: their t of Welch's degrees of freedom is turned into the z of the same probability.
-//! The whole image is tested in the same way. With fewer than [`ENOUGH`] runs its variance is taken from that of its blocks,
-//! as if they were independent, since so few images say little of it.
+//! The test compares means of 8x8 blocks, channel by channel. If only noise differs, z = (a - b) / sqrt(var a + var b) is a
+//! standard normal number.
+//! The variance of the image's block comes from the differences between runs, which include noise that neighbouring pixels
+//! share. With a single run it comes from the variance layer, as for the reference; pixels then count as independent.
+//! With few runs the variance itself is uncertain. Their t with Welch's degrees of freedom is converted to the z of the
+//! same probability.
+//! The whole image is tested in the same way. With fewer than [`ENOUGH`] runs, its variance is computed from its blocks as
+//! if they were independent, because so few images determine it poorly.
 //!
-//! It assumes about normal block means. A block in which most runs meet no light at all and few meet much is not: give it
-//! longer runs.
+//! Block means must be roughly normal. A block that is black in most runs and bright in few is not: such images need longer
+//! runs.
 
 use glam::DVec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
@@ -16,13 +18,13 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use super::comparison::{Better, Comparison, Metric, MetricValue, NoValue};
 use super::pixels::{Estimate, Pixels};
 
-/// Side of a block (px); those at the right and lower border may be smaller.
+/// Side of a block (px). Blocks at the right and lower border may be smaller.
 pub const BLOCK: usize = 8;
 
-/// Number of runs from which on the variance of the whole image is estimated from whole images.
+/// Number of runs from which the variance of the whole image is estimated from whole images.
 pub const ENOUGH: usize = 8;
 
-/// Relative rounding that images may carry: sums of thousands of frames in f32.
+/// Relative rounding error of images: sums of thousands of frames in f32.
 const ROUNDING: f64 = 1e-6;
 
 /// Mean square over blocks of the difference, in units of its noise; 1 where only noise differs.
@@ -65,7 +67,7 @@ pub static Z_SURPRISE: Metric = Metric {
     compute: |comparison| value(comparison, ZTest::surprise),
 };
 
-/// The test, computed once per comparison.
+/// Result of the test, computed once per comparison.
 struct Test(Result<ZTest, NoValue>);
 
 fn test(comparison: &Comparison<'_>) -> Result<ZTest, NoValue> {
@@ -76,34 +78,34 @@ fn value(comparison: &Comparison<'_>, pick: fn(&ZTest) -> f64) -> MetricValue {
     test(comparison).map(|test| pick(&test))
 }
 
-/// Blocks that are compared; none where there is no test.
+/// Returns the number of compared blocks; `None` if there is no test.
 pub fn blocks(comparison: &Comparison<'_>) -> Option<usize> {
     test(comparison).ok().map(|test| test.blocks)
 }
 
-/// What the test finds.
+/// Result of the z-test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZTest {
-    /// Blocks compared: those with noise or a difference in some channel.
+    /// Number of compared blocks: those with noise or a difference in some channel.
     pub blocks: usize,
-    /// Mean of z^2 over blocks and channels; 1 expected, with a deviation of sqrt(2 / blocks) at most.
+    /// Mean of z^2 over blocks and channels. Its expectation is 1, its deviation at most sqrt(2 / blocks).
     pub mean_square: f64,
     /// Largest |z| of a block.
     pub largest: f64,
-    /// z of the whole image, of the channel where it is farthest from 0.
+    /// z of the whole image in the channel with the largest |z|.
     pub z_image: f64,
-    /// Probability that noise alone gives one of the three as large or larger: small where the expectations differ.
+    /// Probability that noise alone gives one of the three values or a larger one. It is small if the expectations differ.
     pub probability: f64,
 }
 
 impl ZTest {
-    /// -log10 of the probability, at most 300: above 3 noise alone does it in one of a thousand tests.
+    /// Returns -log10 of the probability, at most 300. Noise alone exceeds 3 in one of a thousand tests.
     pub fn surprise(&self) -> f64 {
         -self.probability.max(1e-300).log10()
     }
 }
 
-/// Tests runs of an image, or one with a variance, against a reference with a variance.
+/// Tests several runs of an image, or one with a variance, against a reference with a variance.
 pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue> {
     let variance_of_reference = reference.variance.as_ref().ok_or(NoValue::NoReferenceNoise)?;
     let variance_of_image = match runs {
@@ -126,7 +128,7 @@ pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue>
         }
     };
     let all: Vec<_> = Block::all(width, height).map(|block| (block, of_block(block))).collect();
-    // The part of the noise that is the image's, over all blocks: a block's own part is uncertain too.
+    // Average the image's part of the noise over all blocks, since the part of a single block is uncertain.
     let noise: DVec3 = all.iter().map(|(_, block)| block.image.variance + block.reference_variance).sum();
     let part = all.iter().map(|(_, block)| block.image.variance).sum::<DVec3>() / noise;
     let blocks: Vec<[Option<f64>; 3]> = all.iter().map(|(_, block)| block.z(part)).collect();
@@ -155,7 +157,7 @@ pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue>
     let whole = whole.into_iter().flatten();
     let z_image = whole.fold(0.0, |largest: f64, z| if z.abs() > largest.abs() { z } else { largest });
 
-    // Each of the three may happen in any channel or block: Bonferroni, which needs no independence.
+    // Combine the three by Bonferroni over channels and blocks, which needs no independence.
     let tail = |z: f64| 2.0 * normal().sf(z.abs());
     let chi = (0..3)
         .filter(|&channel| counts[channel] > 0)
@@ -170,7 +172,7 @@ pub fn z_test(runs: &[Estimate], reference: &Estimate) -> Result<ZTest, NoValue>
     })
 }
 
-/// Mean of a block over runs, variance of that mean, and the degrees of freedom of the variance.
+/// Mean of a block over runs, variance of that mean, and degrees of freedom of the variance.
 struct Moments {
     mean: DVec3,
     variance: DVec3,
@@ -190,7 +192,7 @@ impl Moments {
     }
 }
 
-/// A block of the image and that of the reference.
+/// Block of the image and of the reference.
 struct Compared {
     image: Moments,
     reference: DVec3,
@@ -198,8 +200,7 @@ struct Compared {
 }
 
 impl Compared {
-    /// Standard normal numbers of the differences, where there is noise or a difference; `part` of the noise's variance
-    /// is the image's.
+    /// Returns z for each channel; `None` without noise or difference. `part` is the image's part of the noise's variance.
     fn z(&self, part: DVec3) -> [Option<f64>; 3] {
         [0, 1, 2].map(|channel| {
             let (image, reference) = (self.image.mean[channel], self.reference[channel]);
@@ -209,19 +210,19 @@ impl Compared {
                 return None;
             }
             let t = (image - reference) / (noise + rounding * rounding).sqrt();
-            // Welch and Satterthwaite: only the image's variance is uncertain.
+            // Welch-Satterthwaite: only the image's variance is uncertain.
             Some(normal_of_t(t, self.image.freedom[channel] / part[channel].powi(2)))
         })
     }
 }
 
-/// The standard normal number with the same probability beyond it as `t` has.
+/// Returns the standard normal number that has the same tail probability as `t`.
 fn normal_of_t(t: f64, freedom: f64) -> f64 {
     if !freedom.is_finite() {
         return t;
     }
     let tail = StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |student| student.sf(t.abs()));
-    // Beyond 37 deviations a probability is 0 in f64.
+    // Above 37 deviations the probability is 0 in f64.
     let z = if tail > 1e-300 { -normal().inverse_cdf(tail) } else { 37.0 };
     z.copysign(t)
 }

@@ -1,4 +1,4 @@
-//! The settings of a frame, as kernels get them, of a configuration and a scene.
+//! Parameters of a frame for the kernels, derived from a configuration and a scene.
 
 use caustics_kernels::interface::caster::Casters;
 use caustics_kernels::interface::choice::TextureFilter;
@@ -10,23 +10,22 @@ use glam::Vec3;
 
 use super::{Paths, RenderConfig};
 
-/// Largest buffer that is asked for (bytes): what lavapipe grants.
+/// Maximum size of a buffer (bytes): the limit of lavapipe.
 const MAX_BUFFER: u32 = 128 << 20;
-/// Bytes of a row of `photon_geometry` or `photon_light`.
+/// Size of an element of `photon_geometry` or `photon_light` (bytes).
 const PHOTON_BYTES: u32 = 32;
-/// Light paths a pixel that validation paths are made for, where frames decide how many there are.
+/// Light paths per pixel that determine the number of validation paths, if frames choose their number of light paths.
 const VALIDATED_PATHS: u32 = 2;
-/// Most cells of the hash grid.
+/// Maximum number of cells of the hash grid.
 const MAX_CELLS: u32 = 1 << 20;
 
 impl RenderConfig {
-    /// The settings of frame `frame` as kernels get them. Without casters, receivers or light in the scene no light path is
-    /// shot, whatever code is compiled in.
+    /// Returns the parameters of frame `frame`. Without casters, receivers or light in the scene, no light path is shot.
     pub fn params(&self, scene: &Scene, camera: &SceneCamera, frame: u32) -> FrameParams {
         self.params_where(scene, camera, frame, !scene.lights.is_empty())
     }
 
-    /// Settings of a frame that shoots if any frame of the scene does: buffers are allocated for it.
+    /// Returns parameters that shoot light paths if any frame of the scene does. Buffers are allocated for them.
     pub fn largest(&self, scene: &Scene, camera: &SceneCamera) -> FrameParams {
         let can_be_lit = scene.lights_up();
         self.params_where(scene, camera, 0, can_be_lit || !scene.lights.is_empty())
@@ -66,7 +65,7 @@ impl RenderConfig {
             sequence: self.sequence(frame),
             ..FrameParams::default()
         };
-        // As many as for the usual number of light paths, where it changes from frame to frame.
+        // With an adaptive number of light paths, the number of validation paths stays fixed.
         let light_paths = self.max_light_paths();
         let validated = if self.light_paths == Paths::Auto {
             self.width * self.height * VALIDATED_PATHS
@@ -85,14 +84,14 @@ impl RenderConfig {
     }
 }
 
-/// The same settings of a frame with so many light paths of lights of this flux (W).
+/// Returns the parameters with another number of light paths from lights of this flux (W).
 pub fn with_light_paths(params: FrameParams, light_paths: u32, flux: Vec3) -> FrameParams {
-    // A batch never overflows the photon buffers: a path deposits at every hit but the first, at most.
+    // A batch never overflows the photon buffers: a path deposits a photon at most at every hit but the first.
     let photons_per_path = params.max_bounces.saturating_sub(1).max(1);
     let batch = light_paths.min((MAX_BUFFER / PHOTON_BYTES / photons_per_path).max(1));
 
-    // The largest flux of a light path: lights are chosen by the mean of their channels, so one of a single channel
-    // sends three times the mean. A power of two, so that scaling lights by one changes no bit.
+    // Bound the flux of a light path. Lights are chosen by the mean of their channels, so a light of a single channel sends
+    // three times the mean. The quantum is a power of two, so that scaling lights by a power of two changes no bit.
     let largest = flux.element_sum() / light_paths.max(1) as f32;
     FrameParams {
         light_path_count: light_paths,
@@ -104,7 +103,7 @@ pub fn with_light_paths(params: FrameParams, light_paths: u32, flux: Vec3) -> Fr
     }
 }
 
-/// The power of two at or above a positive value; 1 where there is none that an f32 and its inverse hold.
+/// Returns the power of two at or above a positive value; 1 if f32 cannot hold the power or its inverse.
 fn next_power_of_two(value: f32) -> f32 {
     let exponent = f64::from(value).log2().ceil();
     if (-80.0..=120.0).contains(&exponent) { exponent.exp2() as f32 } else { 1.0 }

@@ -1,4 +1,4 @@
-//! Values of a configuration: numbers of light paths, radii, kernel code.
+//! Values of a configuration: numbers of light paths, radii, features.
 
 use caustics_kernels::interface::balance::MAX_PATHS;
 use caustics_kernels::interface::features::Features;
@@ -6,23 +6,23 @@ use caustics_scene::Scene;
 
 use crate::named::Named;
 
-/// Light paths of a frame.
+/// Number of light paths of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Paths {
-    /// The method shoots none.
+    /// No light paths, for methods without them.
     None,
-    /// This many.
+    /// This number.
     Count(u32),
-    /// This many a pixel.
+    /// This number per pixel.
     PerPixel(f64),
-    /// As many as a frame of this time has (ms); they are searched for, from one a pixel on.
+    /// Number that a frame of this time has (ms). A search finds it, from one a pixel on.
     Time(f64),
-    /// As many as serve the image best, by what earlier frames cost and left to noise.
+    /// Number that serves the image best, by cost and noise of earlier frames.
     Auto,
 }
 
 impl Paths {
-    /// How many in a frame of this size, at most.
+    /// Returns the maximum number of light paths of a frame of this size.
     pub fn count(&self, width: u32, height: u32) -> u32 {
         let pixels = f64::from(width) * f64::from(height);
         match *self {
@@ -35,13 +35,13 @@ impl Paths {
     }
 }
 
-/// Times that a frame may be asked to take (ms): up to ten minutes, of which a search renders some twenty frames.
+/// Permitted times of a frame (ms), up to ten minutes. A search renders about twenty frames.
 const TIME_MS: std::ops::RangeInclusive<f64> = 1e-3..=6e5;
 
-/// Value that earlier frames decide.
+/// Text of a value that earlier frames determine.
 pub const AUTO: &str = "auto";
 
-/// The light paths of a text: `p0.5` a pixel, `n1024` a frame, `t33ms` as many as take so long, `auto`, or none at all.
+/// Parses a number of light paths: `p0.5` per pixel, `n1024` per frame, `t33ms` by time, `auto`, or an empty text for none.
 impl std::str::FromStr for Paths {
     type Err = String;
     fn from_str(text: &str) -> Result<Paths, String> {
@@ -79,14 +79,14 @@ impl std::fmt::Display for Paths {
 /// Radius of collection points relative to the disc of the pixel's footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Radius {
-    /// This.
+    /// This radius, relative to the disc.
     Px(f32),
-    /// 1, and up to three times as wide where the last frame's photons were few.
+    /// Radius 1, and up to 3 where the last frame had few photons.
     Auto,
 }
 
 impl Radius {
-    /// Radius of every disc (px); where it is `Auto`, the smallest.
+    /// Returns the radius of all discs (px); for `Auto` the minimum.
     pub fn px(self) -> f32 {
         if let Radius::Px(px) = self { px } else { 1.0 }
     }
@@ -112,17 +112,17 @@ impl std::fmt::Display for Radius {
     }
 }
 
-/// Kernel code that is compiled in.
+/// Choice of the features that are compiled into the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeatureChoice {
-    /// What the scene needs.
+    /// Features that the scene needs.
     Scene,
-    /// All of it.
+    /// All features.
     All,
 }
 
 impl FeatureChoice {
-    /// Kernel code for a scene as it is posed, where lobes of at most this roughness are specular.
+    /// Returns the features for a scene in its pose. Lobes up to this roughness are specular.
     pub fn features(self, scene: &Scene, specular_roughness: f32) -> Features {
         match self {
             FeatureChoice::Scene => scene.features(specular_roughness),
@@ -151,7 +151,7 @@ impl Named for FeatureChoice {
     }
 }
 
-/// With serde such a value is its text: `#[serde(with = "as_text")]`.
+/// Serde module of a value that is written as its text: `#[serde(with = "as_text")]`.
 pub(super) mod as_text {
     use std::fmt::Display;
     use std::str::FromStr;

@@ -1,4 +1,4 @@
-//! Runs steps on the CPU: the kernels' own passes, mapped over indices with rayon.
+//! CPU runner: executes the kernels' own passes over indices with rayon.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,17 +13,17 @@ use crate::threads;
 use caustics_kernels::declare::{BufferSpec, Step};
 use caustics_scene::instanced::InstanceTransform;
 
-/// The CPU with a scene's tables and a plan's buffers.
+/// CPU runner with the tables of a scene and the buffers of a plan.
 pub struct CpuRunner {
     buffers: Buffers,
     features: Features,
-    /// Its own threads; none where the system starts no more, and those of the process compute.
+    /// Own thread pool. `None` if the system allows no more threads; then the process's pool computes.
     pool: Option<rayon::ThreadPool>,
     stop: Arc<AtomicBool>,
 }
 
 impl CpuRunner {
-    /// Allocates the buffers with zeros in them and copies the tables. `threads` 0 takes every core.
+    /// Allocates zeroed buffers and copies the tables. With `threads` 0 it uses every core.
     pub fn new(
         threads: usize,
         features: Features,
@@ -61,7 +61,7 @@ impl Runner for CpuRunner {
     }
 
     fn set_instances(&mut self, _: &[InstanceTransform], _: &[usize]) -> Result<(), RunError> {
-        // The BVH is a buffer.
+        // Nothing to do: the BVH is a buffer.
         Ok(())
     }
 

@@ -1,33 +1,33 @@
-//! What can go wrong while steps run.
+//! Errors of running steps.
 
 use caustics_kernels::declare::BufferError;
 
 use crate::vulkan::VulkanError;
 
-/// Why a runner cannot do what it is told.
+/// Error of a runner.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The device, or what is asked of it.
+    /// The Vulkan device fails, or a request to it is invalid.
     #[error("{0}")]
     Vulkan(#[from] VulkanError),
-    /// A buffer of the CPU is not there or too small.
+    /// A buffer of the CPU runner is missing or too small.
     #[error("{0}")]
     Buffer(#[from] BufferError),
-    /// A pass on the CPU does not find what it binds.
+    /// A pass on the CPU binds a missing buffer.
     #[error("pass {pass}")]
     Pass {
-        /// The step.
+        /// Name of the step.
         pass: String,
-        /// What it does not find.
+        /// Error of the buffer.
         source: BufferError,
     },
-    /// Somebody no longer wants the frame.
+    /// The caller stopped the frame.
     #[error("the frame was stopped")]
     Stopped,
     /// The CPU has no ray queries.
     #[error("{step} needs ray queries")]
     RayQueries {
-        /// The step.
+        /// Name of the step.
         step: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Runs steps on a Vulkan device: one command buffer for all of them.
+//! GPU runner: records steps into one command buffer and runs them on a Vulkan device.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -26,25 +26,24 @@ use caustics_scene::instanced::{InstanceTransform, Instanced};
 
 const SCENE_STRUCTURE: &str = "scene_structure";
 const NEIGHBOUR_STRUCTURE: &str = "neighbour_structure";
-/// The uniform buffer of the frame's settings.
+/// Name of the uniform buffer of the frame's parameters.
 const PARAMS: &str = "params";
 
-/// A Vulkan device with a scene's tables and a plan's buffers.
+/// GPU runner with the tables of a scene and the buffers of a plan.
 pub struct GpuRunner {
-    // Fields drop in order: what uses a thing comes before the thing.
+    // Fields drop in order: users of a resource stand before it.
     frame: FrameCommands,
     passes: Passes,
     resources: Resources,
     memory: Arc<DeviceAllocator>,
     context: Arc<Context>,
-    // Instances, as the structure has them.
+    // Transforms of the instances in the acceleration structure.
     instance_transforms: Vec<InstanceTransform>,
 }
 
 impl GpuRunner {
-    /// Opens a device, allocates the buffers with zeros in them, uploads the tables (buffers like the others), and
-    /// with `hardware` builds `scene_structure` over the world's rows of `triangles`, and over those of every mesh for its
-    /// instances.
+    /// Opens a device, allocates zeroed buffers and uploads the tables. With `hardware` it also builds `scene_structure`
+    /// over the world's elements of `triangles`, and over every mesh for its instances.
     pub fn new(
         options: &DeviceOptions,
         features: Features,
@@ -69,7 +68,7 @@ impl GpuRunner {
             runner.upload(name, 0, bytes)?;
         }
         if options.hardware {
-            // Kernels that ask whether a surface is there confirm every hit.
+            // With holes, kernels confirm every hit.
             let kind = if features.has(SOME_ARE_NOT_THERE) {
                 Primitives::TrianglesWithHoles
             } else {
@@ -116,7 +115,7 @@ impl GpuRunner {
         Ok(())
     }
 
-    /// Allocates the structure over the boxes in a gather's first words, empty, if it is not there yet.
+    /// Allocates an empty structure over the boxes in `index_0`, the gather's first buffer, unless it exists.
     fn make_neighbour_structure(&mut self, step: &Step) -> Result<(), VulkanError> {
         let GpuRunner { frame, resources, memory, context, .. } = self;
         if !context.is_hardware() {
@@ -133,7 +132,7 @@ impl GpuRunner {
         Ok(())
     }
 
-    /// Runs steps in one submission, of which only the first may have to know how many photons there are.
+    /// Runs steps in one submission. Only the first step may depend on the number of photons.
     fn submit(&mut self, params: &FrameParams, steps: &[Step]) -> Result<Vec<StepTime>, RunError> {
         let photons = match steps.first() {
             Some(Step::Structure { side: Side::Photons, count }) => {
@@ -186,7 +185,7 @@ impl Runner for GpuRunner {
         }
         scene.set_instances(&tlas_instances(instance_transforms))?;
         let scene = &*scene;
-        // The world is the first part.
+        // Part 0 is the world.
         let parts: Vec<usize> = deformed.iter().map(|mesh| mesh + 1).collect();
         self.frame.execute(&["build.scene".into()], |recorder, _| recorder.build_again(scene, &parts))?;
         self.instance_transforms = instance_transforms.to_vec();
@@ -208,7 +207,7 @@ impl Runner for GpuRunner {
             self.make_neighbour_structure(step)?;
         }
         self.passes.prepare(names, &self.resources)?;
-        // How many boxes there are of photons is known only when they are there: such a build starts a submission.
+        // The number of boxes over photons is known only after the photons exist. Such a build starts a new submission.
         let waits = |step: &Step| matches!(step, Step::Structure { side: Side::Photons, .. });
         let mut times = Vec::with_capacity(steps.len());
         let mut rest = steps;
@@ -222,7 +221,7 @@ impl Runner for GpuRunner {
     }
 }
 
-/// Instances of the scene's structure: the world, and those that can be seen.
+/// Returns the instances of the scene's structure: the world, and all visible instances.
 fn tlas_instances(instance_transforms: &[InstanceTransform]) -> Vec<TlasInstance> {
     let world = TlasInstance { part: 0, to_world: Transform::IDENTITY, custom_index: 0 };
     let shown = (1..).zip(instance_transforms).filter_map(|(custom_index, instance)| {
@@ -231,7 +230,7 @@ fn tlas_instances(instance_transforms: &[InstanceTransform]) -> Vec<TlasInstance
     std::iter::once(world).chain(shown).collect()
 }
 
-/// A step with what it names looked up.
+/// Step with resolved names.
 enum Action<'a> {
     Dispatch(&'a BoundPipeline, u32, &'a [u8]),
     Clear(&'a Buffer),
@@ -271,7 +270,7 @@ fn resolve<'a>(
     }
 }
 
-/// Every named buffer: that of the frame's settings, those of the plan, and one a table.
+/// Allocates every named buffer: the frame's parameters, the plan's buffers, and one for each table.
 fn allocate(
     memory: &Arc<DeviceAllocator>,
     buffers: &[BufferSpec],

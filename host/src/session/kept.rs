@@ -1,6 +1,6 @@
-//! Numbers of what outlives a frame: a file of them is not believed.
+//! Check of the buffers that outlive a frame when they come from a file.
 
-/// Words of an element of each buffer that outlives a frame: `f` is a number, `u` anything else.
+/// Words of an element of each buffer that outlives a frame: `f` is a float, `u` anything else.
 const WORDS: [(&str, &str); 18] = [
     ("balance", "ffffu"),
     ("density", "ff"),
@@ -22,7 +22,7 @@ const WORDS: [(&str, &str); 18] = [
     ("validation_photons", "ffffu"),
 ];
 
-/// Whether all numbers of a buffer are finite.
+/// Whether all floats of a buffer are finite.
 pub fn is_finite(buffer: &str, bytes: &[u8]) -> bool {
     let Some((_, words)) = WORDS.iter().find(|(name, _)| *name == buffer) else { return true };
     let is_number = words.bytes().cycle().map(|word| word == b'f');
@@ -43,7 +43,7 @@ mod tests {
     use crate::kernels::passes;
 
     #[test]
-    fn every_buffer_that_outlives_a_frame_has_its_words() {
+    fn every_buffer_that_outlives_a_frame_has_an_entry() {
         let strides: BTreeMap<&str, usize> =
             passes().iter().flat_map(|pass| pass.buffers).map(|bound| (bound.name, bound.stride)).collect();
         let stages = STAGES.iter().copied().chain(emission::ALL.iter().map(|emission| &emission.stage));
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_not_finite_are_found_and_indices_are_none() {
+    fn detects_floats_that_are_not_finite_and_ignores_integers() {
         let point = HistoryPoint {
             normal: u32::MAX,
             to_viewer: u32::MAX,

@@ -1,28 +1,29 @@
-//! What the last frame leaves that its light paths can be traced again by.
+//! Data of the last frame for tracing its light paths again.
 
 use caustics_kernels::declare::{Access, Bound, Pass, Step};
 use caustics_kernels::interface::frame::FrameParams;
 
-/// What light paths start by, scene tables aside: buffers by name.
+/// Buffers that light paths start from, by name, without scene tables.
 pub type Starts = Vec<(&'static str, Vec<u8>)>;
 
-/// A frame that was rendered.
+/// Last rendered frame.
 #[derive(Clone, Default)]
 pub struct Last {
-    /// Its settings.
+    /// Parameters of the frame.
     pub params: FrameParams,
-    /// So many of its light paths, the first, started by what the frame overwrote later.
+    /// Number of light paths whose starts the frame overwrote later. They are the first of the frame.
     pub started_before: u32,
-    /// What that was, if somebody asked to keep it.
+    /// Overwritten starts, if the session keeps them.
     pub starts_before: Option<Starts>,
 }
 
-/// The buffers that a pass reads, scene tables aside.
+/// Returns the buffers that a pass reads, without scene tables.
 pub fn reads(pass: &'static Pass) -> impl Iterator<Item = &'static Bound> {
     pass.buffers.iter().filter(|bound| bound.access == Access::Read)
 }
 
-/// The first of the steps that overwrites what `shoot` reads after light paths have started, and how many have.
+/// Finds the first step that overwrites a buffer of `shoot` after light paths have started. Returns its index and the
+/// number of started light paths.
 pub fn overwritten(steps: &[Step], shoot: &'static Pass) -> Option<(usize, u32)> {
     let mut started = 0;
     steps.iter().enumerate().find_map(|(index, step)| {
@@ -43,7 +44,7 @@ mod tests {
     use caustics_kernels::method::{BASIC, Parts};
 
     #[test]
-    fn a_pilot_s_maps_are_overwritten_once_it_has_been_learnt_from() {
+    fn guided_emission_overwrites_its_starts_after_the_pilot() {
         let params = |moved| FrameParams {
             width: 4,
             height: 4,

@@ -1,4 +1,4 @@
-//! A pipeline with its one descriptor set: buffers are bound by name.
+//! Pipeline with its single descriptor set. Buffers are bound by name.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,17 +11,17 @@ use super::pipeline::{Pipeline, descriptor_type};
 use super::reflection::{Binding, BindingKind};
 use super::structure::Hierarchy;
 
-/// What entry points can bind, by name.
+/// Resources that entry points can bind, by name.
 pub struct Resources {
-    /// What is bound where a pass that shares its entry point with others has no buffer of theirs.
+    /// Placeholder buffer, for a shared entry point whose pass lacks buffers of the other passes.
     pub nothing: Buffer,
-    /// Buffers.
+    /// Named buffers.
     pub buffers: HashMap<&'static str, Buffer>,
-    /// Acceleration structures.
+    /// Named acceleration structures.
     pub structures: HashMap<&'static str, Hierarchy>,
 }
 
-/// A pass, ready to be dispatched.
+/// Pass that is ready for dispatch.
 pub struct BoundPipeline {
     pub(super) pipeline: Arc<Pipeline>,
     pub(super) set: vk::DescriptorSet,
@@ -29,9 +29,9 @@ pub struct BoundPipeline {
 }
 
 impl BoundPipeline {
-    /// Binds the resources of a pipeline, which must outlive its dispatches.
+    /// Binds resources to a pipeline. The resources must outlive its dispatches.
     pub(super) fn new(pipeline: Arc<Pipeline>, resources: &Resources) -> Result<BoundPipeline, VulkanError> {
-        // From here on, dropping it destroys what there is of it.
+        // On an error below, drop destroys the objects created so far.
         let mut bound =
             BoundPipeline { pipeline, set: vk::DescriptorSet::null(), pool: vk::DescriptorPool::null() };
         bound.create_set()?;
@@ -40,7 +40,7 @@ impl BoundPipeline {
     }
 
     fn create_set(&mut self) -> Result<(), VulkanError> {
-        // A pool needs a size even where nothing is bound, hence one more of each.
+        // A pool must not be empty: add one descriptor of each kind.
         let count = self.pipeline.entry.bindings.len() as u32 + 1;
         let mut sizes = vec![pool_size(BindingKind::Buffer, count), pool_size(BindingKind::Uniform, count)];
         if self.pipeline.context.is_hardware() {

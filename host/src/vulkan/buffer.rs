@@ -1,4 +1,4 @@
-//! Buffers: device-local, except where the host must see them.
+//! Buffers: device-local, or visible to the host where it must access them.
 
 use std::sync::Arc;
 
@@ -9,15 +9,15 @@ use gpu_allocator::{AllocationError, MemoryLocation};
 use super::error::VulkanError;
 use super::memory::DeviceAllocator;
 
-/// No buffer is smaller, so that an empty table can be bound (bytes).
+/// Minimum size of a buffer, so that an empty table can be bound (bytes).
 const MIN_BYTES: u64 = 256;
 
-/// What a buffer is for.
+/// Purpose of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// A named buffer of kernels.
+    /// Named buffer of kernels.
     Data,
-    /// The settings of a frame.
+    /// Parameters of a frame.
     Uniform,
     /// Storage of an acceleration structure.
     Structure,
@@ -25,13 +25,13 @@ pub enum Purpose {
     Scratch,
     /// Instances of a top-level structure, written by the host.
     Instances,
-    /// Staging towards the device.
+    /// Staging of uploads.
     Upload,
-    /// Staging towards the host.
+    /// Staging of downloads.
     Download,
 }
 
-/// A buffer with its memory. Not to be touched while the device works on it.
+/// Buffer with its memory. The host must not access it while the device works on it.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
     pub(super) name: String,
@@ -42,11 +42,11 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// A buffer of undefined content.
+    /// Creates a buffer of undefined content.
     ///
     /// # Errors
     ///
-    /// If kernels could not bind the whole of it, or the memory is used up.
+    /// If the buffer is larger than kernels can bind, or the memory is used up.
     pub fn new(
         memory: &Arc<DeviceAllocator>,
         name: &str,
@@ -63,7 +63,7 @@ impl Buffer {
         // SAFETY: the device is alive and the size is not zero.
         let raw =
             unsafe { context.raw.create_buffer(&info, None) }.map_err(VulkanError::call("vkCreateBuffer"))?;
-        // From here on, dropping the buffer frees what there is of it.
+        // On an error below, drop frees what was allocated so far.
         let memory = Arc::clone(memory);
         let mut buffer = Buffer { raw, name: name.into(), bytes, size, allocation: None, memory };
         // SAFETY: the buffer is of this device.
@@ -94,24 +94,24 @@ impl Buffer {
         &self.name
     }
 
-    /// Size that was asked for (bytes); behind it lies padding.
+    /// Requested size (bytes), without padding.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Bytes that kernels see: an empty table has no row of more than 4 bytes.
+    /// Size that kernels see (bytes). An empty table has 4 bytes, which hold no element of more than 4 bytes.
     pub(super) fn bound_bytes(&self) -> u64 {
         self.bytes.next_multiple_of(4).max(4)
     }
 
-    /// Address on the device, of a buffer with the usage for it.
+    /// Returns the buffer's address on the device. Its usage must include addresses.
     pub(super) fn address(&self) -> u64 {
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
         // SAFETY: the buffer is bound to memory and the device opened with buffer addresses.
         unsafe { self.memory.context.raw.get_buffer_device_address(&info) }
     }
 
-    /// The buffer's memory if the host sees it and it has these properties.
+    /// Returns the buffer's memory, if it is visible to the host and has these properties.
     pub(super) fn mapped(&mut self, properties: vk::MemoryPropertyFlags) -> Option<&mut [u8]> {
         let allocation = self.allocation.as_mut()?;
         if !allocation.memory_properties().contains(properties) {
@@ -120,7 +120,7 @@ impl Buffer {
         allocation.mapped_slice_mut()
     }
 
-    /// The memory of a buffer made to be seen by the host.
+    /// Returns the memory of a buffer that was made visible to the host.
     pub(super) fn mapped_or_fail(&mut self) -> Result<&mut [u8], VulkanError> {
         let (buffer, bytes) = (self.name.clone(), self.bytes);
         let source = AllocationError::FailedToMap("the memory is not visible to the host".into());
@@ -137,7 +137,7 @@ impl Drop for Buffer {
         // SAFETY: the device does not work on it (see the type's contract).
         unsafe { self.memory.context.raw.destroy_buffer(self.raw, None) };
         if let Some(allocation) = self.allocation.take() {
-            // A free that fails means a foreign allocation, which cannot be.
+            // Freeing fails only for a foreign allocation, which cannot occur.
             let _ = self.memory.lock(|allocator| allocator.free(allocation));
         }
     }

@@ -1,6 +1,6 @@
-//! The pipeline cache on disk: a second run need not compile its kernels again.
+//! Pipeline cache on disk, so that a second run need not compile its kernels again.
 //!
-//! A driver believes what it is given, so that a file counts only with its BLAKE3 at its end: a damaged one is as none.
+//! Drivers do not verify the data. Therefore a file ends with its BLAKE3, and a damaged file is ignored.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -13,10 +13,10 @@ use super::error::VulkanError;
 use caustics_files::file::read_head;
 use caustics_files::hash::{DIGITS, Digest};
 
-/// Bytes of a file at most; drivers take some 10 MB for all kernels.
+/// Maximum size of a file (bytes). Drivers take about 10 MB for all kernels.
 const MAX_BYTES: u64 = 1 << 28;
 
-/// A pipeline cache. Not being able to read or write its file is no error.
+/// Pipeline cache. It is no error if its file cannot be read or written.
 pub(super) struct PipelineCache {
     pub(super) raw: vk::PipelineCache,
     path: Option<PathBuf>,
@@ -37,7 +37,7 @@ impl PipelineCache {
         Ok(PipelineCache { raw, path, context: Arc::clone(context) })
     }
 
-    /// Writes the cache, atomically.
+    /// Writes the cache atomically.
     pub(super) fn save(&self) {
         // SAFETY: the cache is alive.
         let data = unsafe { self.context.raw.get_pipeline_cache_data(self.raw) };
@@ -66,13 +66,13 @@ fn file_name(properties: &vk::PhysicalDeviceProperties) -> String {
     format!("pipelines-{vendor:04x}-{device:04x}-{:08x}-{uuid}.bin", properties.driver_version)
 }
 
-/// The data of a file, if they are those that were written.
+/// Returns the data of a file if it is undamaged.
 fn whole(file: &[u8]) -> Option<&[u8]> {
     let (data, digest) = file.split_last_chunk::<DIGITS>()?;
     (Digest::hex([data]).as_bytes() == digest).then_some(data)
 }
 
-/// Whether the header (length, version, vendor, device, uuid) is this device's.
+/// Whether the header (length, version, vendor, device, uuid) belongs to this device.
 fn is_of_device(data: &[u8], properties: &vk::PhysicalDeviceProperties) -> bool {
     let word = |index: usize| {
         data.get(4 * index..4 * index + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn data_that_are_cut_or_changed_are_not_given_to_a_driver() {
+    fn cut_or_changed_cache_files_are_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("pipelines.bin");
         write(&path, b"compiled").unwrap();

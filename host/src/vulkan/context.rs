@@ -1,4 +1,4 @@
-//! A device opened for compute, with or without ray queries.
+//! Device opened for compute, with or without ray queries.
 
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
@@ -11,31 +11,31 @@ use super::device::{Candidate, DeviceInfo, candidates, select};
 use super::error::VulkanError;
 use super::instance::Instance;
 
-/// An open device and its compute queue. Whatever is made of it keeps it alive through an `Arc`.
+/// Open device and its compute queue. Every object of the device keeps it alive through an `Arc`.
 pub struct Context {
     pub(super) raw: ash::Device,
-    /// One submission at a time, whichever runner it is of.
+    /// Queue for one submission at a time, by any runner.
     pub(super) queue: Mutex<vk::Queue>,
     lost: AtomicBool,
     pub(super) candidate: Candidate,
-    /// Acceleration structures, on a device opened with ray queries.
+    /// Extension for acceleration structures, on a device opened with ray queries.
     pub(super) structures: Option<khr::acceleration_structure::Device>,
-    /// What pipelines became, on a device opened to compile.
+    /// Extension for statistics of compiled pipelines, on a device opened to compile.
     pub(super) executables: Option<khr::pipeline_executable_properties::Device>,
     pub(super) labels: Labels,
     pub(super) instance: Instance,
 }
 
 impl Context {
-    /// Opens the device of this index or with this text in its name, else the best one; see [`DeviceInfo::suits`].
+    /// Opens the device of this index or with this text in its name, or else the best one; see [`DeviceInfo::suits`].
     pub fn new(device: Option<&str>, hardware: bool, validation: bool) -> Result<Context, VulkanError> {
         let instance = Instance::new(validation)?;
         let candidate = select(candidates(&instance), device, hardware)?;
         Context::open(instance, candidate, hardware, false)
     }
 
-    /// Opens a device to compile kernels and to ask what they became: with ray queries if it has them. Memory is not
-    /// touched, which drivers for hardware that is not there do not have.
+    /// Opens a device for compiling kernels and reading their statistics, with ray queries if it has them. It uses no
+    /// device memory, which drivers without their hardware lack.
     pub fn to_compile(device: Option<&str>) -> Result<Context, VulkanError> {
         let instance = Instance::new(false)?;
         let candidate = select(candidates(&instance), device, false)?;
@@ -93,27 +93,27 @@ impl Context {
         Ok(Context { raw, queue, lost, candidate, structures, executables, labels, instance })
     }
 
-    /// What the device is and can do.
+    /// Returns the description of the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.candidate.info
     }
 
-    /// Whether it was opened with ray queries.
+    /// Whether the device was opened with ray queries.
     pub fn is_hardware(&self) -> bool {
         self.structures.is_some()
     }
 
-    /// Whether the device was lost: nothing runs on it any more.
+    /// Whether the device was lost. It runs nothing any more then.
     pub fn is_lost(&self) -> bool {
         self.lost.load(Relaxed)
     }
 
-    /// Remembers that the device was lost.
+    /// Marks the device as lost.
     pub(super) fn lose(&self) {
         self.lost.store(true, Relaxed);
     }
 
-    /// What the validation layer says.
+    /// Returns the messages of the validation layer.
     pub fn messages(&self) -> &Messages {
         &self.instance.messages
     }
@@ -121,7 +121,7 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // SAFETY: whatever was made of the device held it, so it is gone and the queue idle.
+        // SAFETY: every object of the device holds it, so all are gone and the queue is idle.
         unsafe { self.raw.destroy_device(None) };
     }
 }

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::error::VulkanError;
 
-/// The layer behind `--debug validation`.
+/// Validation layer of `--debug validation`.
 pub(super) const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// Errors and warnings that the validation layer reported; clones share the list.
@@ -15,18 +15,18 @@ pub(super) const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 pub struct Messages(Arc<Mutex<Vec<String>>>);
 
 impl Messages {
-    /// Takes what arrived since the last call.
+    /// Removes and returns the messages since the last call.
     pub fn take(&self) -> Vec<String> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Fails with the messages that arrived, if any.
+    /// Fails with the new messages, if any.
     pub fn check(&self) -> Result<(), VulkanError> {
         let messages = self.take();
         if messages.is_empty() { Ok(()) } else { Err(VulkanError::Validation(messages)) }
     }
 
-    /// A messenger that writes into this list, which must outlive it.
+    /// Returns the creation info of a messenger that writes into this list. The list must outlive the messenger.
     pub(super) fn messenger(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
         use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type};
         vk::DebugUtilsMessengerCreateInfoEXT::default()
@@ -52,7 +52,7 @@ unsafe extern "system" fn receive(
     vk::FALSE
 }
 
-/// Object names and labels; does nothing where the extension is absent.
+/// Object names and labels; without the extension all functions do nothing.
 #[derive(Clone, Default)]
 pub(super) struct Labels(pub(super) Option<ash::ext::debug_utils::Device>);
 
@@ -94,7 +94,7 @@ mod tests {
             Err(error) => return test_module::skip(&error),
         };
         context.messages().check().unwrap();
-        // A buffer for no use at all is forbidden, and does no harm.
+        // A buffer without any usage is forbidden and harmless.
         let info = vk::BufferCreateInfo::default().size(4);
         // SAFETY: the layer reports the mistake; the buffer is never bound to memory.
         unsafe {

@@ -1,4 +1,4 @@
-//! Devices: what each can do, whether it will be used, and the choice among them.
+//! Devices: their capabilities, whether they are usable, and the choice among them.
 
 use std::ffi::{CStr, FromBytesUntilNulError};
 
@@ -12,19 +12,19 @@ use super::instance::Instance;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DeviceKind {
-    /// A graphics card.
+    /// Graphics card.
     Discrete,
-    /// A GPU inside the processor.
+    /// GPU inside of the processor.
     Integrated,
-    /// A GPU lent to a virtual machine.
+    /// GPU of a virtual machine.
     Virtual,
-    /// Something else.
+    /// Any other device.
     Other,
-    /// A driver that computes on the processor.
+    /// Driver that computes on the processor.
     Cpu,
 }
 
-/// What a Vulkan device is and can do.
+/// Description of a Vulkan device and its capabilities.
 #[derive(Clone, Debug, Serialize)]
 pub struct DeviceInfo {
     /// Position in the loader's list.
@@ -37,69 +37,75 @@ pub struct DeviceInfo {
     pub kind: DeviceKind,
     /// Vulkan version of the device, as `1.3.280`.
     pub api_version: String,
-    /// Whether `base.spv` runs on it.
+    /// Whether the device can run `base.spv`.
     pub usable: bool,
-    /// Whether it has ray queries, for `rayquery.spv`.
+    /// Whether the device has ray queries for `rayquery.spv`.
     pub ray_queries: bool,
-    /// What it lacks to be usable.
+    /// Features and limits that the device lacks for `base.spv`.
     pub missing: Vec<&'static str>,
-    /// What it lacks for ray queries.
+    /// Extensions and features that the device lacks for ray queries.
     pub missing_ray_queries: Vec<&'static str>,
-    /// Largest buffer that a kernel can bind (bytes).
+    /// Maximum size of a buffer that a kernel can bind (bytes).
     pub max_storage_buffer_bytes: u64,
-    /// Whether it can time passes.
+    /// Whether the device has timestamps for timing passes.
     pub timestamps: bool,
 }
 
 impl DeviceInfo {
-    /// Whether the driver computes on the processor; our CPU runner is faster.
+    /// Whether the driver computes on the processor. The CPU runner is faster then.
     pub fn is_cpu(&self) -> bool {
         self.kind == DeviceKind::Cpu
     }
 
-    /// Whether it can run `base.spv`, or with `hardware` also `rayquery.spv`.
+    /// Whether the device can run `base.spv`, and with `hardware` also `rayquery.spv`.
     pub fn suits(&self, hardware: bool) -> bool {
         self.usable && (self.ray_queries || !hardware)
     }
 }
 
-/// Every Vulkan device of this machine, in the loader's order. An error means that there is no loader or driver.
+/// Returns every Vulkan device of this machine in the loader's order.
+///
+/// # Errors
+///
+/// If there is no loader or driver.
 pub fn devices() -> Result<Vec<DeviceInfo>, VulkanError> {
     let instance = Instance::new(false)?;
     Ok(candidates(&instance).into_iter().map(|candidate| candidate.info).collect())
 }
 
-/// The device that would be opened for `base.spv`: that of this index or with this text in its name, else the best.
+/// Returns the device that would be opened for `base.spv`: the device of this index or with this text in its name, or else
+/// the best.
 pub fn best(wanted: Option<&str>) -> Result<DeviceInfo, VulkanError> {
     let instance = Instance::new(false)?;
     Ok(select(candidates(&instance), wanted, false)?.info)
 }
 
-/// A device with what is needed to open it.
+/// Device with the data for opening it.
 pub(super) struct Candidate {
     pub(super) physical: vk::PhysicalDevice,
     pub(super) info: DeviceInfo,
     pub(super) properties: vk::PhysicalDeviceProperties,
-    /// Queue family that computes.
+    /// Queue family for compute.
     pub(super) family: u32,
-    /// Bits of a timestamp that count; 0: no timestamps.
+    /// Valid bits of a timestamp; 0 without timestamps.
     pub(super) timestamp_bits: u32,
     /// Whether kernels may use 64-bit integers.
     pub(super) int64: bool,
-    /// Whether it tells what pipelines became (VK_KHR_pipeline_executable_properties).
+    /// Whether the device has VK_KHR_pipeline_executable_properties, which gives statistics of compiled pipelines.
     pub(super) executables: bool,
-    /// Most primitives of a bottom-level structure; 0 without ray queries.
+    /// Maximum number of primitives of a bottom-level structure; 0 without ray queries.
     pub(super) max_primitives: u64,
     /// Alignment of scratch addresses (bytes).
     pub(super) scratch_alignment: u64,
 }
 
-/// Every device of an instance.
+/// Returns every device of an instance.
 pub(super) fn candidates(instance: &Instance) -> Vec<Candidate> {
     instance.physical_devices.iter().enumerate().map(|(index, &d)| inspect(instance, d, index)).collect()
 }
 
-/// The device of this index or with this text in its name, else the best kind; fails if it does not suit.
+/// Selects the device of this index or with this text in its name, or else the best kind. Fails if the device is
+/// unsuitable.
 pub(super) fn select(
     mut candidates: Vec<Candidate>,
     wanted: Option<&str>,
@@ -151,7 +157,7 @@ fn inspect(instance: &Instance, physical: vk::PhysicalDevice, index: usize) -> C
     let queries = modern && has(khr::ray_query::NAME);
     let executables = modern && has(khr::pipeline_executable_properties::NAME);
 
-    // Ask for the features and properties of exactly the extensions that are there.
+    // Query features and properties only of supported extensions.
     let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut structure = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
     let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();

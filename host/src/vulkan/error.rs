@@ -1,25 +1,25 @@
-//! What can go wrong on a Vulkan device, said with the name of the buffer, the pass or the flag.
+//! Errors of the Vulkan runner. Messages name the buffer, the pass or the flag.
 
 use ash::vk;
 
-/// An error of the Vulkan runner.
+/// Error of the Vulkan runner.
 #[derive(Debug, thiserror::Error)]
 pub enum VulkanError {
-    /// No libvulkan.
+    /// libvulkan cannot be loaded.
     #[error(
         "no Vulkan loader found ({reason}); install the GPU's driver (Debian: libvulkan1), or use --runner cpu"
     )]
     NoLoader {
-        /// What the dynamic linker said.
+        /// Error of the dynamic linker.
         reason: String,
     },
     /// The loader found no driver.
     #[error("no Vulkan driver found ({reason}); install the GPU's driver, or use --runner cpu")]
     NoDriver {
-        /// What the loader said.
+        /// Error of the loader.
         reason: String,
     },
-    /// The validation layer was asked for and is absent.
+    /// The user requested the validation layer, and it is not installed.
     #[error(
         "--debug validation needs VK_LAYER_KHRONOS_validation, which is not installed; install it (Debian: \
          vulkan-validationlayers) or point VK_LAYER_PATH to its folder"
@@ -30,22 +30,22 @@ pub enum VulkanError {
         "no Vulkan device {wanted}; `caustics device` lists them, and --runner cpu needs none; found: {found}"
     )]
     NoDevice {
-        /// What was asked for.
+        /// Description of the request.
         wanted: String,
-        /// Devices there are, and what each lacks.
+        /// List of the devices that were found.
         found: String,
     },
-    /// The device that was asked for lacks something.
+    /// The requested device lacks a feature.
     #[error("Vulkan device `{name}` lacks {missing}; {advice}")]
     Unsuitable {
         /// Name of the device.
         name: String,
-        /// Features and limits it lacks.
+        /// Missing features and limits.
         missing: String,
-        /// What to do.
+        /// Advice for the user.
         advice: &'static str,
     },
-    /// A buffer is larger than what a kernel can bind.
+    /// A buffer exceeds the size that a kernel can bind.
     #[error(
         "buffer `{buffer}` needs {bytes} bytes, but the device binds at most {limit} (maxStorageBufferRange); \
          lower --width and --height or --light-paths, or use another device"
@@ -53,22 +53,22 @@ pub enum VulkanError {
     BufferTooLarge {
         /// Name of the buffer.
         buffer: String,
-        /// Its size (bytes).
+        /// Size of the buffer (bytes).
         bytes: u64,
         /// maxStorageBufferRange (bytes).
         limit: u64,
     },
-    /// There is no memory for a buffer.
+    /// The memory does not suffice for a buffer.
     #[error("no memory for buffer `{buffer}` of {bytes} bytes ({source}); lower --width and --height")]
     OutOfMemory {
         /// Name of the buffer.
         buffer: String,
-        /// Its size (bytes).
+        /// Size of the buffer (bytes).
         bytes: u64,
-        /// What the allocator said.
+        /// Error of the allocator.
         source: gpu_allocator::AllocationError,
     },
-    /// A buffer was named twice.
+    /// Two buffers have the same name.
     #[error("buffer `{buffer}` is declared twice")]
     DuplicateBuffer {
         /// Name of the buffer.
@@ -80,12 +80,12 @@ pub enum VulkanError {
         /// Name of the buffer.
         buffer: String,
     },
-    /// An entry point binds a name that no buffer has.
+    /// An entry point binds a name for which there is no buffer.
     #[error("pass `{pass}` binds `{buffer}`, but there is no such buffer")]
     UnboundName {
         /// Name of the pass.
         pass: String,
-        /// Name of its parameter.
+        /// Name of the binding.
         buffer: String,
     },
     /// More bytes were written than the buffer holds.
@@ -98,7 +98,7 @@ pub enum VulkanError {
         /// Size of the buffer (bytes).
         capacity: u64,
     },
-    /// A step names a pass without an entry point.
+    /// A step names a pass for which there is no entry point.
     #[error("no kernel is called `{pass}`; there are: {known}")]
     UnknownPass {
         /// Name of the pass.
@@ -106,34 +106,34 @@ pub enum VulkanError {
         /// Names of the entry points.
         known: String,
     },
-    /// A module or an entry point is not of the expected form.
+    /// A module or an entry point does not have the expected form.
     #[error("SPIR-V of `{name}`: {reason}; rebuild with `cargo kernels`")]
     Module {
-        /// Module or entry point.
+        /// Name of the module or entry point.
         name: String,
-        /// What is wrong.
+        /// Description of the fault.
         reason: String,
     },
-    /// An acceleration structure over too many primitives.
+    /// An acceleration structure has too many primitives.
     #[error("`{structure}` over {count} primitives, but at most {limit} are possible")]
     TooManyPrimitives {
         /// Name of the structure.
         structure: &'static str,
-        /// Primitives asked for.
+        /// Requested number of primitives.
         count: u64,
-        /// Primitives that are possible.
+        /// Maximum number of primitives.
         limit: u64,
     },
-    /// A step needs ray queries on a device opened without them.
+    /// A step needs ray queries, and the device was opened without them.
     #[error("step `{step}` needs ray queries, but the device was opened without; use --tracer hardware")]
     NotHardware {
         /// Name of the step.
         step: String,
     },
-    /// The validation layer spoke.
+    /// The validation layer reported messages.
     #[error("the validation layer reports {} message(s):\n{}", .0.len(), .0.join("\n"))]
     Validation(
-        /// Its messages.
+        /// Messages of the layer.
         Vec<String>,
     ),
     /// The device was lost while it ran steps.
@@ -142,28 +142,28 @@ pub enum VulkanError {
          lower --light-paths or the image size, or use --runner cpu"
     )]
     DeviceLost {
-        /// Last step submitted.
+        /// Name of the last submitted step.
         last: String,
-        /// Steps submitted, in order.
+        /// Names of the submitted steps, in order.
         submitted: String,
     },
     /// Another Vulkan call failed.
     #[error("{call} failed: {result}")]
     Call {
-        /// Vulkan function.
+        /// Name of the Vulkan function.
         call: &'static str,
-        /// Its result.
+        /// Result of the function.
         result: vk::Result,
     },
 }
 
 impl VulkanError {
-    /// Turns the result of a Vulkan function into an error: `.map_err(VulkanError::call("vkCreateFence"))`.
+    /// Converts the result of a Vulkan function to an error: `.map_err(VulkanError::call("vkCreateFence"))`.
     pub(super) fn call(call: &'static str) -> impl Fn(vk::Result) -> VulkanError {
         move |result| VulkanError::Call { call, result }
     }
 
-    /// Whether the reason is that no suitable device exists (exit code 4).
+    /// Whether the error is that no suitable device exists (exit code 4).
     pub fn is_no_device(&self) -> bool {
         use VulkanError::{NoDevice, NoDriver, NoLoader, Unsuitable};
         matches!(self, NoLoader { .. } | NoDriver { .. } | NoDevice { .. } | Unsuitable { .. })

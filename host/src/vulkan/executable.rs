@@ -1,4 +1,4 @@
-//! What a device's compiler makes of an entry point: VK_KHR_pipeline_executable_properties.
+//! Statistics of a device's compiler for an entry point, by VK_KHR_pipeline_executable_properties.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -12,41 +12,41 @@ use super::error::VulkanError;
 use super::module::Module;
 use super::pipeline::Pipeline;
 
-/// A program that a pipeline consists of.
+/// Program of a compiled pipeline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Executable {
-    /// The driver's name for it.
+    /// Name that the driver gives.
     pub name: String,
-    /// Invocations that run in lockstep.
+    /// Number of invocations that run in lockstep.
     pub subgroup_size: u32,
-    /// What the driver tells.
+    /// Statistics from the driver.
     pub statistics: Vec<Statistic>,
 }
 
-/// A figure that a driver tells of a program.
+/// Statistic of a program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statistic {
-    /// The driver's name for it.
+    /// Name that the driver gives.
     pub name: String,
-    /// The figure.
+    /// Value of the statistic.
     pub value: StatisticValue,
 }
 
-/// A value of one of Vulkan's types.
+/// Value of one of Vulkan's types.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum StatisticValue {
-    /// A flag.
+    /// Boolean.
     Flag(bool),
-    /// A count.
+    /// Unsigned integer.
     Count(u64),
-    /// An integer with a sign.
+    /// Signed integer.
     Integer(i64),
-    /// Any other number.
+    /// Floating-point number.
     Number(f64),
 }
 
-/// Compiles the entry point of a pass, by no cache, and asks for its programs: none where the device does not tell.
+/// Compiles the entry point of a pass without a cache and returns its programs. Empty if the device has no statistics.
 pub fn compile(module: &Module, pass: &str, features: Features) -> Result<Vec<Executable>, VulkanError> {
     let context = Arc::clone(&module.context);
     let entry = module.entry_point(pass).ok_or_else(|| VulkanError::UnknownPass {

@@ -1,5 +1,5 @@
-//! One entry point of a module with what it reaches: drivers and the validation layer read a module again for each pipeline,
-//! and one entry point is a small part of ours.
+//! Extraction of one entry point with everything that it uses. Drivers and the validation layer parse a module again for
+//! each pipeline, and an entry point is a small part of it.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,7 +7,7 @@ use rspirv::binary::Assemble;
 use rspirv::dr::{Function, Instruction, Module, Operand};
 use rspirv::spirv::Op;
 
-/// The words of a module with this entry point alone; none if it has no such entry point.
+/// Returns the words of a module with only this entry point. `None` if the module has no such entry point.
 pub fn extract(source: &Module, name: &str) -> Option<Vec<u32>> {
     let entry = source.entry_points.iter().find(|entry| entry.operands.get(2) == Some(&literal(name)))?;
     let functions: HashMap<u32, &Function> =
@@ -51,7 +51,7 @@ pub fn extract(source: &Module, name: &str) -> Option<Vec<u32>> {
         debug_names: kept(&source.debug_names, target),
         debug_module_processed: source.debug_module_processed.clone(),
         annotations: kept(&source.annotations, target),
-        // A variable's forward pointer has no result; its target is an operand.
+        // A forward pointer has no result: its target is an operand.
         types_global_values: kept(&source.types_global_values, |instruction| match instruction.result_id {
             Some(_) => has(instruction.result_id),
             None => target(instruction),
@@ -61,7 +61,7 @@ pub fn extract(source: &Module, name: &str) -> Option<Vec<u32>> {
     Some(module.assemble())
 }
 
-/// The instructions that are chosen.
+/// Returns the instructions that `is_kept` selects.
 fn kept(all: &[Instruction], is_kept: impl Fn(&Instruction) -> bool) -> Vec<Instruction> {
     all.iter().filter(|instruction| is_kept(instruction)).cloned().collect()
 }
@@ -70,7 +70,7 @@ fn literal(name: &str) -> Operand {
     Operand::LiteralString(name.into())
 }
 
-/// The ids that an instruction refers to.
+/// Returns the ids that an instruction refers to.
 fn ids(instruction: &Instruction) -> impl Iterator<Item = u32> {
     instruction.result_type.into_iter().chain(instruction.operands.iter().filter_map(Operand::id_ref_any))
 }
@@ -84,9 +84,9 @@ mod tests {
         rspirv::dr::load_words(words).expect("SPIR-V")
     }
 
-    /// Every entry point of the kernels binds the same alone as in its module, and is small.
+    /// Every extracted entry point has the same bindings as in its module, and is small.
     #[test]
-    fn an_entry_point_alone_binds_what_it_bound() {
+    fn extracted_entry_points_keep_their_bindings() {
         let base = include_bytes!("../../../kernels/base.spv");
         let rayquery = include_bytes!("../../../kernels/rayquery.spv");
         for bytes in [&base[..], rayquery] {
@@ -99,7 +99,7 @@ mod tests {
                 let found = Reflection::new(name, &alone).expect("a module");
                 assert_eq!(found.entry_points.len(), entry.symbol.split('+').count());
                 assert_eq!(&found.entry_points[name], entry);
-                // Nothing is missing: what is kept refers to what is kept.
+                // The module is complete: every id that it refers to is defined.
                 let defined: HashSet<u32> =
                     load(&alone).all_inst_iter().filter_map(|instruction| instruction.result_id).collect();
                 for instruction in load(&alone).all_inst_iter() {

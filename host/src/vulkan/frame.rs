@@ -1,4 +1,4 @@
-//! One command buffer, recorded again for every frame, run to its end and timed step by step.
+//! Command buffer that is recorded again for every frame, run to its end and timed step by step.
 
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
@@ -9,10 +9,10 @@ use super::context::Context;
 use super::error::VulkanError;
 use super::recorder::Recorder;
 
-/// Waiting for the device is asked again after this long (ns): a frame may take minutes.
+/// Timeout of a single wait (ns). The host waits again, since a frame may take minutes.
 const WAIT_NS: u64 = 10_000_000_000;
 
-/// The command buffer, its fence and its clock.
+/// Command buffer with its fence and its timestamp queries.
 pub struct FrameCommands {
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
@@ -23,10 +23,10 @@ pub struct FrameCommands {
 }
 
 impl FrameCommands {
-    /// An empty command buffer of a device.
+    /// Creates an empty command buffer of a device.
     pub fn new(context: &Arc<Context>) -> Result<FrameCommands, VulkanError> {
         let device = &context.raw;
-        // From here on, dropping the frame destroys what there is of it.
+        // On an error below, drop destroys the objects created so far.
         let mut frame = FrameCommands {
             pool: vk::CommandPool::null(),
             commands: vk::CommandBuffer::null(),
@@ -54,10 +54,10 @@ impl FrameCommands {
         Ok(frame)
     }
 
-    /// Records `record(recorder, i)` for each step, a full barrier after each; runs them and waits for the end.
+    /// Records `record(recorder, i)` for each step with a full barrier behind it, runs the steps and waits for the end.
     ///
-    /// Returns each step's name and its time between device timestamps, or one row `frame` with the wall time where
-    /// the device has no timestamps. Fails if the validation layer reports anything.
+    /// Returns each step's name and its time between device timestamps. Without timestamps it returns one entry `frame`
+    /// with the wall time. Fails if the validation layer reports any message.
     pub fn execute(
         &mut self,
         steps: &[String],
@@ -182,7 +182,7 @@ impl Drop for FrameCommands {
     }
 }
 
-/// Names the steps in flight where the device was lost.
+/// Adds the names of the submitted steps to the error of a lost device.
 fn lost(error: VulkanError, steps: &[String]) -> VulkanError {
     match error {
         VulkanError::Call { result: vk::Result::ERROR_DEVICE_LOST, .. } => VulkanError::DeviceLost {

@@ -1,11 +1,11 @@
-//! The Vulkan loader and an instance, with the validation layer if asked for.
+//! Vulkan loader and instance, with the validation layer on request.
 
 use ash::{Entry, ext, vk};
 
 use super::debug::{Messages, VALIDATION_LAYER};
 use super::error::VulkanError;
 
-/// A Vulkan instance.
+/// Vulkan instance.
 pub(super) struct Instance {
     pub(super) raw: ash::Instance,
     pub(super) physical_devices: Vec<vk::PhysicalDevice>,
@@ -17,7 +17,7 @@ pub(super) struct Instance {
 }
 
 impl Instance {
-    /// Loads Vulkan and lists its devices. With `validation`, synchronisation is validated as well.
+    /// Loads Vulkan and lists its devices. With `validation`, the layer also validates synchronisation.
     pub(super) fn new(validation: bool) -> Result<Instance, VulkanError> {
         // SAFETY: loading libvulkan runs the initialisers of a library of the system.
         let entry =
@@ -75,7 +75,7 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: whatever was made of the instance holds it, so it is gone.
+        // SAFETY: every object of the instance holds it, so all are gone.
         unsafe {
             if let Some((debug, messenger)) = &self.messenger {
                 debug.destroy_debug_utils_messenger(*messenger, None);

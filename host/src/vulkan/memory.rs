@@ -1,4 +1,4 @@
-//! The device's memory, of which buffers take theirs.
+//! Allocator of the device's memory for buffers.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -7,15 +7,15 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use super::context::Context;
 use super::error::VulkanError;
 
-/// The device's memory.
+/// Allocator of a device's memory.
 pub struct DeviceAllocator {
-    // Freed before the device: fields drop in order.
+    // Fields drop in order: free the memory before the device.
     allocator: Mutex<Allocator>,
     pub(super) context: Arc<Context>,
 }
 
 impl DeviceAllocator {
-    /// The memory of a device.
+    /// Creates the allocator of a device.
     pub fn new(context: Arc<Context>) -> Result<Arc<DeviceAllocator>, VulkanError> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: context.instance.raw.clone(),
@@ -29,7 +29,7 @@ impl DeviceAllocator {
         Ok(Arc::new(DeviceAllocator { allocator: Mutex::new(allocator), context }))
     }
 
-    /// Does something with the allocator.
+    /// Calls a function with the locked allocator.
     pub(super) fn lock<T>(&self, act: impl FnOnce(&mut Allocator) -> T) -> T {
         act(&mut self.allocator.lock().unwrap_or_else(PoisonError::into_inner))
     }

@@ -1,4 +1,4 @@
-//! A SPIR-V module that a device can run, and a module of each of its entry points alone.
+//! SPIR-V module that a device can run, and extraction of its entry points.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::error::VulkanError;
 use super::extract::extract;
 use super::reflection::{EntryPoint, Reflection, load};
 
-/// A SPIR-V module for a device.
+/// SPIR-V module of a device.
 pub struct Module {
     reflection: Reflection,
     source: Source,
@@ -18,7 +18,7 @@ pub struct Module {
 }
 
 impl Module {
-    /// Reads a module; `name` stands in errors.
+    /// Reads a module. Errors contain `name`.
     pub fn new(context: &Arc<Context>, name: &str, words: &[u32]) -> Result<Module, VulkanError> {
         let source = load(name, words)?;
         let reflection = Reflection::from_source(name, &source)?;
@@ -31,24 +31,24 @@ impl Module {
         Ok(Module { reflection, source, context: Arc::clone(context) })
     }
 
-    /// The entry point of a pass.
+    /// Returns the entry point of a pass.
     pub fn entry_point(&self, pass: &str) -> Option<&EntryPoint> {
         self.reflection.entry_points.get(pass)
     }
 
-    /// Names of the passes.
+    /// Returns the names of the passes.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.reflection.entry_points.keys().map(String::as_str)
     }
 
-    /// Words of a module of an entry point alone.
+    /// Returns the words of a module with only this entry point.
     pub(super) fn words(&self, entry: &EntryPoint) -> Vec<u32> {
         extract(&self.source, &entry.symbol).unwrap_or_default()
     }
 }
 
 impl Context {
-    /// Whether the device was opened with what a capability needs.
+    /// Whether the device was opened with the features of a capability.
     fn allows(&self, capability: Capability) -> bool {
         match capability {
             Capability::Shader

@@ -1,5 +1,5 @@
-//! The passes: entry points of the loaded modules, compiled on first use. What is compiled belongs to the process: runners that
-//! open the same device share it.
+//! Passes: entry points of the loaded modules, compiled on first use. Compiled pipelines belong to the process, and runners
+//! on the same device share them.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -17,35 +17,37 @@ use super::pipeline::Pipeline;
 use super::reflection::EntryPoint;
 use caustics_files::hash::Digest;
 
-/// How to open a device, and what runs on it.
+/// Options for opening a device, with its kernels.
 #[derive(Clone, Debug, Default)]
 pub struct DeviceOptions {
-    /// Index of the device or a part of its name; none: the best one there is.
+    /// Index of the device or a part of its name; `None` selects the best one.
     pub device: Option<String>,
-    /// Whether to trace by ray queries. Without, the device is opened without the feature.
+    /// Whether to trace by ray queries. If not, the device is opened without the feature.
     pub hardware: bool,
-    /// Whether the validation layer watches and its messages make calls fail.
+    /// Whether the validation layer is on, so that its messages make calls fail.
     pub validation: bool,
-    /// SPIR-V that needs no ray queries.
+    /// SPIR-V module without ray queries.
     pub base: Vec<u32>,
-    /// SPIR-V that does; its entry points win over those of `base` if `hardware` is set.
+    /// SPIR-V module with ray queries. If `hardware` is set, its entry points take precedence over those of `base`.
     pub rayquery: Option<Vec<u32>>,
 }
 
-/// A device with the kernels on it, compiled as they are asked for.
+/// Device with its kernels, which are compiled on first use.
 pub struct Kernels {
-    // Dropped in order: what was made of the device comes before it.
-    // By pass and needs.
+    // Fields drop in order: objects of the device stand before it.
+    // Compiled pipelines by pass and features.
     pipelines: Mutex<HashMap<(&'static str, u32), Arc<Pipeline>>>,
     cache: PipelineCache,
-    // In the order in which they are searched.
+    // Modules in the order of search.
     modules: Vec<Module>,
     context: Arc<Context>,
 }
 
 impl Kernels {
-    /// The device of these options: that of the process, if one was opened like it and is not lost. Other kernels that were
-    /// open for the same device are given back once no runner has them, so that a process may exchange kernels for ever.
+    /// Opens the device of these options, or returns the process's own if one was opened with the same options and is not
+    /// lost.
+    /// Other kernels of the same device are released once no runner uses them, so that a process may exchange kernels any
+    /// number of times.
     pub fn open(options: &DeviceOptions) -> Result<Arc<Kernels>, VulkanError> {
         static OPEN: Mutex<Vec<([String; 2], Arc<Kernels>)>> = Mutex::new(Vec::new());
         let DeviceOptions { device, hardware, validation, base, rayquery } = options;
@@ -77,12 +79,12 @@ impl Kernels {
         Ok(Kernels { pipelines: Mutex::default(), cache, modules, context })
     }
 
-    /// The device.
+    /// Returns the device.
     pub fn context(&self) -> &Arc<Context> {
         &self.context
     }
 
-    /// These passes, those that nobody asked for yet compiled side by side.
+    /// Returns the pipelines of these passes, and compiles missing ones in parallel.
     fn compiled(
         &self,
         passes: &[&'static str],
@@ -127,7 +129,7 @@ impl Kernels {
     }
 }
 
-/// The passes of a runner, each bound to its buffers.
+/// Passes of a runner, each bound to its buffers.
 pub struct Passes {
     bound: HashMap<&'static str, BoundPipeline>,
     features: Features,
@@ -135,12 +137,12 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// The passes of a device, specialised for what a scene needs.
+    /// Passes of a device, specialised for the features of a scene.
     pub fn new(kernels: Arc<Kernels>, features: Features) -> Passes {
         Passes { bound: HashMap::new(), features, kernels }
     }
 
-    /// Binds those of these passes that are new to `resources`, which must outlive their dispatches.
+    /// Binds new passes among these to `resources`, which must outlive their dispatches.
     pub fn prepare(
         &mut self,
         names: impl Iterator<Item = &'static str>,
@@ -155,7 +157,7 @@ impl Passes {
         Ok(())
     }
 
-    /// A pass that was prepared.
+    /// Returns a prepared pass.
     pub fn get(&self, pass: &str) -> Result<&BoundPipeline, VulkanError> {
         self.bound.get(pass).ok_or_else(|| self.kernels.unknown(pass))
     }

@@ -1,4 +1,4 @@
-//! Compute pipelines: an entry point, compiled for what a scene needs.
+//! Compute pipelines: entry points compiled for the features of a scene.
 
 use std::ffi::CString;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use super::reflection::{BindingKind, EntryPoint};
 
 pub use caustics_kernels::interface::frame::INVOCATIONS_PER_ROW;
 
-/// A compiled entry point.
+/// Compiled entry point.
 pub struct Pipeline {
     pub(super) raw: vk::Pipeline,
     pub(super) layout: vk::PipelineLayout,
@@ -24,7 +24,7 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// Compiles an entry point for what the scene needs.
+    /// Compiles an entry point for the features of a scene.
     pub(super) fn new(
         module: &Module,
         entry: &EntryPoint,
@@ -34,7 +34,7 @@ impl Pipeline {
     ) -> Result<Pipeline, VulkanError> {
         let context = Arc::clone(&module.context);
         check(entry, &context)?;
-        // From here on, dropping the pipeline destroys what there is of it.
+        // On an error below, drop destroys the objects created so far.
         let mut pipeline = Pipeline {
             raw: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
@@ -87,7 +87,8 @@ impl Pipeline {
         flags: vk::PipelineCreateFlags,
     ) -> Result<(), VulkanError> {
         let (device, entry) = (&self.context.raw, &self.entry);
-        // Constant 0 is the scene's needs, constant 1 which of the passes that share it runs; an entry point without one ignores it.
+        // Constant 0 holds the features, constant 1 the index of the pass in a shared entry point. Entry points ignore
+        // constants that they lack.
         let constants = [features.0, entry.pass_index];
         let constant = |id: u32| {
             vk::SpecializationMapEntry::default().constant_id(id).offset(4 * id).size(size_of::<u32>())
@@ -126,7 +127,7 @@ impl Drop for Pipeline {
     }
 }
 
-/// The module of an entry point, which a pipeline is made of.
+/// Shader module with a single entry point, from which a pipeline is created.
 struct Shader {
     raw: vk::ShaderModule,
     context: Arc<Context>,

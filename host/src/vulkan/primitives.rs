@@ -1,15 +1,15 @@
-//! What acceleration structures are built over.
+//! Primitives of acceleration structures.
 
 use ash::vk;
 
-/// What a structure is built over.
+/// Kind of a structure's primitives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Primitives {
-    /// Opaque triangles, three vertices of 12 bytes each; built once, traced fast.
+    /// Opaque triangles, three vertices of 12 bytes each. They are built once and optimised for tracing.
     Triangles,
-    /// Triangles that may have holes: each hit is a query's to confirm.
+    /// Triangles that may have holes: the query must confirm each hit.
     TrianglesWithHoles,
-    /// Boxes of 24 bytes, each reported to a query once; rebuilt every frame, built fast.
+    /// Boxes of 24 bytes, each reported to a query once. They are rebuilt every frame and optimised for building.
     Boxes,
 }
 

@@ -1,4 +1,4 @@
-//! The steps that a command buffer is made of.
+//! Recording of steps into a command buffer.
 
 use ash::vk;
 
@@ -8,14 +8,14 @@ use super::context::Context;
 use super::pipeline::INVOCATIONS_PER_ROW;
 use super::structure::Hierarchy;
 
-/// A command buffer being recorded by [`super::frame::Frame::execute`].
+/// Command buffer that [`super::frame::FrameCommands::execute`] records.
 pub struct Recorder<'a> {
     pub(super) context: &'a Context,
     pub(super) commands: vk::CommandBuffer,
 }
 
 impl Recorder<'_> {
-    /// Runs a pass once for each index below `count` (and up to the end of the last workgroup).
+    /// Runs a pass for each index below `count`, and for the further indices of the last workgroup.
     pub fn dispatch(&self, bound: &BoundPipeline, count: u32, push_constants: &[u8]) {
         let pipeline = &bound.pipeline;
         let groups = count.div_ceil(pipeline.entry.workgroup_size);
@@ -37,7 +37,7 @@ impl Recorder<'_> {
         }
     }
 
-    /// Writes a few bytes to the head of a buffer, for all commands that follow.
+    /// Writes a few bytes to the beginning of a buffer, for all commands that follow.
     pub fn update(&self, buffer: &Buffer, bytes: &[u8]) {
         // SAFETY: the commands are being recorded; the bytes fit the buffer, and their number is a multiple of four.
         unsafe { self.context.raw.cmd_update_buffer(self.commands, buffer.raw, 0, bytes) };
@@ -55,19 +55,19 @@ impl Recorder<'_> {
         hierarchy.record(self.commands, count, || self.barrier());
     }
 
-    /// Brings a structure's instances to their new transforms, and rebuilds the bottom levels whose triangles changed.
+    /// Updates a structure's instances to their new transforms, and rebuilds the bottom levels with changed triangles.
     pub fn build_again(&self, hierarchy: &Hierarchy, changed: &[usize]) {
         hierarchy.record_again(self.commands, changed, || self.barrier());
     }
 
-    /// Copies bytes between buffers, each given with an offset (bytes).
+    /// Copies bytes between buffers, each with an offset (bytes).
     pub(super) fn copy(&self, from: (&Buffer, u64), to: (&Buffer, u64), bytes: u64) {
         let region = vk::BufferCopy::default().src_offset(from.1).dst_offset(to.1).size(bytes);
         // SAFETY: the commands are being recorded; callers keep within both buffers.
         unsafe { self.context.raw.cmd_copy_buffer(self.commands, from.0.raw, to.0.raw, &[region]) };
     }
 
-    /// Makes all that was written visible to all that follows.
+    /// Makes all writes visible to all following commands.
     pub(super) fn barrier(&self) {
         self.memory_barrier(
             vk::PipelineStageFlags::ALL_COMMANDS,
@@ -75,7 +75,7 @@ impl Recorder<'_> {
         );
     }
 
-    /// Makes all that was written visible to the host.
+    /// Makes all writes visible to the host.
     pub(super) fn barrier_to_host(&self) {
         self.memory_barrier(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
     }

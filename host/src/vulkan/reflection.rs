@@ -1,7 +1,7 @@
-//! Reflection: what each entry point of a SPIR-V module binds, by name.
+//! Reflection of SPIR-V: the bindings of each entry point of a module, by name.
 //!
-//! Binding numbers are shared between the entry points of a module, so the question is asked per entry point: since
-//! SPIR-V 1.4, `OpEntryPoint` lists every global variable that it uses.
+//! Entry points of a module share binding numbers, so that bindings are read per entry point. Since SPIR-V 1.4,
+//! `OpEntryPoint` lists every global variable that it uses.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -13,52 +13,52 @@ use super::error::VulkanError;
 /// Kind of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
-    /// A storage buffer.
+    /// Storage buffer.
     Buffer,
-    /// A uniform buffer.
+    /// Uniform buffer.
     Uniform,
-    /// An acceleration structure.
+    /// Acceleration structure.
     Structure,
 }
 
-/// A parameter of an entry point in descriptor set 0.
+/// Parameter of an entry point in descriptor set 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binding {
     /// Binding number.
     pub binding: u32,
-    /// Name of the parameter, and of the buffer behind it.
+    /// Name of the parameter and of its buffer.
     pub name: String,
-    /// What is bound.
+    /// Kind of the binding.
     pub kind: BindingKind,
-    /// Size of an element of a buffer that is a row of them (bytes); 0 of all else.
+    /// Size of an element of a buffer that is an array (bytes); 0 for all others.
     pub stride: u32,
 }
 
-/// A compute entry point, for one of the passes that share it.
+/// Compute entry point of one pass. Several passes may share it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EntryPoint {
     /// Name of the pass.
     pub name: String,
-    /// Name of the entry point: those of the passes that share it, joined by `+`.
+    /// Name of the entry point: the names of the passes that share it, joined by `+`.
     pub symbol: String,
-    /// Index of the pass among these.
+    /// Index of the pass among them.
     pub pass_index: u32,
-    /// Invocations of a workgroup, all on x.
+    /// Number of invocations of a workgroup, all on x.
     pub workgroup_size: u32,
-    /// Size of the push constants (bytes); 0: none.
+    /// Size of the push constants (bytes); 0 without any.
     pub push_constant_bytes: u32,
-    /// Parameters, by rising binding number: of all passes that share it.
+    /// Parameters of all passes that share the entry point, in order of binding number.
     pub bindings: Vec<Binding>,
 }
 
 impl EntryPoint {
-    /// Whether several passes share it.
+    /// Whether several passes share the entry point.
     pub fn is_joint(&self) -> bool {
         self.symbol != self.name
     }
 }
 
-/// What a module has.
+/// Capabilities and entry points of a module.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reflection {
     /// Capabilities that the module declares.
@@ -68,12 +68,12 @@ pub struct Reflection {
 }
 
 impl Reflection {
-    /// Reads a module. `name` stands in errors.
+    /// Reads a module. Errors contain `name`.
     pub fn new(name: &str, words: &[u32]) -> Result<Reflection, VulkanError> {
         Reflection::from_source(name, &load(name, words)?)
     }
 
-    /// Reads a parsed module. `name` stands in errors.
+    /// Reads a parsed module. Errors contain `name`.
     pub fn from_source(name: &str, source: &Source) -> Result<Reflection, VulkanError> {
         let failed = |reason: String| VulkanError::Module { name: name.into(), reason };
         if source.header.as_ref().is_none_or(|header| header.version() < (1, 4)) {
@@ -106,7 +106,7 @@ impl Reflection {
     }
 }
 
-/// Parses a module. `name` stands in errors.
+/// Parses a module. Errors contain `name`.
 pub fn load(name: &str, words: &[u32]) -> Result<Source, VulkanError> {
     rspirv::dr::load_words(words)
         .map_err(|state| VulkanError::Module { name: name.into(), reason: state.to_string() })
@@ -180,14 +180,14 @@ impl Reader<'_> {
         Ok(Binding { binding, name: name.into(), kind, stride })
     }
 
-    /// Size of an element of a struct whose only member is an array without a length (bytes).
+    /// Returns the size of an element of a struct whose only member is a runtime array (bytes).
     fn stride(&self, structure: u32) -> Option<u32> {
         let [Operand::IdRef(array)] = self.ids.get(&structure)?.operands[..] else { return None };
         let kind = Operand::Decoration(Decoration::ArrayStride);
         literal(self.decorations(array).find(|operands| operands[0] == kind)?.get(1)?)
     }
 
-    /// Storage class of a global variable and the type it points to.
+    /// Returns the storage class of a global variable and the type that it points to.
     fn variable(&self, variable: u32) -> Result<(StorageClass, u32), String> {
         let pointer = self.ids.get(&variable).and_then(|i| self.ids.get(&i.result_type?));
         match pointer.map(|i| &i.operands[..]) {
@@ -196,7 +196,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Size of a type with an explicit layout (bytes).
+    /// Returns the size of a type with an explicit layout (bytes).
     fn size(&self, id: u32) -> Result<u32, String> {
         let unknown = || format!("push constants of an unknown type %{id}");
         let instruction = self.ids.get(&id).ok_or_else(unknown)?;
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn bindings_are_those_of_the_entry_point() {
+    fn each_entry_point_lists_only_its_own_bindings() {
         let base = Reflection::new("base", &test_module::base()).unwrap();
         let (fill, twice) = (&base.entry_points["fill"], &base.entry_points["twice"]);
         assert_eq!(names(fill), [(0, "values", BindingKind::Buffer)]);
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn passes_that_share_an_entry_point_have_one_each() {
+    fn passes_that_share_an_entry_point_are_listed_separately() {
         let mut module = load("base", &test_module::base()).unwrap();
         for operand in module.entry_points.iter_mut().flat_map(|entry| &mut entry.operands) {
             if *operand == Operand::LiteralString("fill".into()) {
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn structures_are_told_from_buffers() {
+    fn structures_and_buffers_have_different_kinds() {
         let module = Reflection::new("rayquery", &test_module::rayquery()).unwrap();
         assert!(module.capabilities.contains(&Capability::RayQueryKHR));
         assert_eq!(
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn rubbish_is_an_error_with_the_modules_name() {
+    fn errors_of_invalid_modules_contain_their_name() {
         for words in [&[][..], &[1, 2, 3, 4, 5, 6], &test_module::base()[..40]] {
             assert!(Reflection::new("base.spv", words).unwrap_err().to_string().contains("base.spv"));
         }

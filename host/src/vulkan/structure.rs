@@ -1,7 +1,7 @@
-//! Acceleration structures: bottom levels over the primitives of buffers, instances of them on top.
+//! Acceleration structures: bottom levels over the primitives of buffers, and a top level over their instances.
 //!
-//! Built on the device, into storage allocated once for the largest count. Not built by the host nor indirectly:
-//! lavapipe can do neither.
+//! The device builds them into storage that is allocated once for the maximum count. Builds on the host and indirect builds
+//! are not used: lavapipe supports neither.
 
 use std::sync::Arc;
 
@@ -14,29 +14,29 @@ use super::error::VulkanError;
 use super::memory::DeviceAllocator;
 use super::primitives::Primitives;
 
-/// Primitives of a buffer, those of one bottom level.
+/// Primitives of one bottom level in a buffer.
 #[derive(Clone, Copy)]
 pub struct BlasGeometry<'a> {
-    /// The buffer, which must outlive the structure.
+    /// Buffer, which must outlive the structure.
     pub buffer: &'a Buffer,
-    /// Its first primitive.
+    /// Index of the first primitive.
     pub first: u64,
-    /// Primitives at most.
+    /// Maximum number of primitives.
     pub capacity: u64,
 }
 
-/// An instance of a bottom level.
+/// Instance of a bottom level.
 #[derive(Clone, Copy)]
 pub struct TlasInstance {
-    /// Index of the part.
+    /// Index of the bottom level.
     pub part: usize,
-    /// From its space to the world.
+    /// Transform from instance space to world space.
     pub to_world: Transform,
-    /// What kernels read of the instance; 24 bits.
+    /// Index of the instance that kernels read; 24 bits.
     pub custom_index: u32,
 }
 
-/// A top-level structure with instances of bottom levels.
+/// Top-level structure with instances of bottom levels.
 pub struct Hierarchy {
     name: &'static str,
     primitives: Primitives,
@@ -55,8 +55,8 @@ struct Bottom {
 }
 
 impl Hierarchy {
-    /// Allocates a structure over at most `capacity` primitives at the head of a buffer that must outlive it. It is not
-    /// built yet.
+    /// Allocates a structure over at most `capacity` primitives at the beginning of a buffer, which must outlive it. This
+    /// does not build it.
     pub fn new(
         memory: &Arc<DeviceAllocator>,
         name: &'static str,
@@ -67,7 +67,8 @@ impl Hierarchy {
         Self::from_parts(memory, name, primitives, &[BlasGeometry { buffer, first: 0, capacity }], 1)
     }
 
-    /// Allocates a structure over parts of buffers, for at most `max_instances` instances; the first part has one, untransformed.
+    /// Allocates a structure over parts of buffers with at most `max_instances` instances. At first, the first part has one
+    /// instance with the identity.
     pub fn from_parts(
         memory: &Arc<DeviceAllocator>,
         name: &'static str,
@@ -79,7 +80,7 @@ impl Hierarchy {
         let mut bottoms = Vec::with_capacity(parts.len());
         let mut scratch_bytes = 0;
         for (id, part) in parts.iter().enumerate() {
-            // Vertices are counted in 32 bits.
+            // Vertex indices have 32 bits.
             let limit = context.candidate.max_primitives.min(u64::from(u32::MAX / 3));
             let limit = limit.min((part.buffer.bytes() / primitives.stride()).saturating_sub(part.first));
             if part.capacity > limit {
@@ -104,7 +105,7 @@ impl Hierarchy {
             instance_geometry(&instances),
             max_instances,
         )?;
-        // All builds share the scratch; its address is rounded up when used.
+        // All builds share the scratch buffer. Its address is rounded up on use.
         let bytes = scratch_bytes.max(top_scratch) + context.candidate.scratch_alignment;
         let scratch = Buffer::new(memory, &format!("{name}.scratch"), bytes, Purpose::Scratch)?;
         let mut hierarchy =
@@ -117,7 +118,7 @@ impl Hierarchy {
         Ok(hierarchy)
     }
 
-    /// Fails if `count` primitives are more than was allocated for.
+    /// Fails if `count` exceeds the allocated number of primitives.
     pub fn check(&self, count: u32) -> Result<(), VulkanError> {
         let capacity = self.bottoms.first().map_or(0, |bottom| bottom.capacity);
         if count <= capacity {
@@ -127,7 +128,7 @@ impl Hierarchy {
         Err(VulkanError::TooManyPrimitives { structure: self.name, count, limit })
     }
 
-    /// Says which instances the next build of the top level has. The device must not be at work.
+    /// Sets the instances for the next build of the top level. The device must be idle.
     pub fn set_instances(&mut self, tlas_instances: &[TlasInstance]) -> Result<(), VulkanError> {
         let records = self.instances.mapped_or_fail()?;
         for (record, tlas_instance) in
@@ -139,12 +140,13 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// What kernels bind.
+    /// Returns the top level, which kernels bind.
     pub(super) fn top(&self) -> vk::AccelerationStructureKHR {
         self.top.raw
     }
 
-    /// Records the build of all levels, of the first over its buffer's first `count` primitives; `barrier` orders builds.
+    /// Records the build of all levels. The first bottom level has its buffer's first `count` primitives; `barrier` orders
+    /// the builds.
     pub(super) fn record(&self, commands: vk::CommandBuffer, count: u32, barrier: impl Fn()) {
         for id in 0..self.bottoms.len() {
             let capacity = self.bottoms[id].capacity;
@@ -166,13 +168,13 @@ impl Hierarchy {
         );
     }
 
-    /// Records the build of the top level over the instances that were set.
+    /// Records the build of the top level over the current instances.
     fn record_top(&self, commands: vk::CommandBuffer) {
         let geometry = instance_geometry(&self.instances);
         self.record_level(commands, &self.top, Level::Top, geometry, self.instance_count);
     }
 
-    /// Records what brings instances to their new transforms, and rebuilds the bottom levels whose triangles changed.
+    /// Records the update of the instances' transforms, and the builds of bottom levels with changed triangles.
     pub(super) fn record_again(&self, commands: vk::CommandBuffer, changed: &[usize], barrier: impl Fn()) {
         for &part in changed {
             self.record_bottom(commands, part, self.bottoms[part].capacity);
@@ -205,24 +207,24 @@ impl Hierarchy {
 /// Size of an instance in its buffer (bytes).
 const INSTANCE_BYTES: usize = 64;
 
-/// The two levels of a hierarchy.
+/// Level of a hierarchy.
 #[derive(Clone, Copy)]
 enum Level {
     Bottom,
     Top,
 }
 
-/// An acceleration structure with its storage.
+/// Acceleration structure with its storage.
 struct Structure {
     raw: vk::AccelerationStructureKHR,
     address: u64,
     context: Arc<Context>,
-    // Freed after the structure itself, which `drop` destroys.
+    // Fields drop after `drop`, which destroys the structure in this storage.
     _storage: Buffer,
 }
 
 impl Structure {
-    /// Allocates a structure and says how much scratch its build needs (bytes).
+    /// Allocates a structure and returns it with the size of its scratch buffer (bytes).
     fn new(
         memory: &Arc<DeviceAllocator>,
         name: &str,
@@ -290,7 +292,7 @@ fn build_info<'a>(
         .geometries(geometries)
 }
 
-/// An instance's row.
+/// Returns the record of an instance.
 fn instance(tlas_instance: &TlasInstance, bottom: u64) -> [u8; INSTANCE_BYTES] {
     let Transform { x, y, z, offset } = tlas_instance.to_world;
     let matrix = [

@@ -1,4 +1,4 @@
-//! For tests: SPIR-V assembled by hand, so that the runner is tested without the kernels, and the rule for skipping.
+//! Test modules: SPIR-V assembled by hand, for testing the runner without the kernels; and the rule for skipping.
 
 use rspirv::binary::Assemble;
 use rspirv::dr::{Builder, Operand};
@@ -9,7 +9,7 @@ use rspirv::spirv::{
 
 use super::error::VulkanError;
 
-/// Says why a test is skipped, or fails if CAUSTICS_REQUIRE_GPU=1 or if the error is more than an absent device.
+/// Prints why a test is skipped. Fails with CAUSTICS_REQUIRE_GPU=1, or if the error is more than an absent device.
 pub(crate) fn skip(error: &VulkanError) {
     assert!(error.is_no_device() || matches!(error, VulkanError::NoValidationLayer), "{error}");
     assert!(
@@ -19,8 +19,8 @@ pub(crate) fn skip(error: &VulkanError) {
     eprintln!("skipped: {error}");
 }
 
-/// Entry points `fill`: `values[i] = i + dispatch.first + features`, and `twice`: `doubled[i] = 2 values[i]`, whose two
-/// parameters have the binding numbers in the other order.
+/// Returns a module with entry points `fill`: `values[i] = i + dispatch.first + features`, and `twice`:
+/// `doubled[i] = 2 values[i]`. The two parameters of `twice` have their binding numbers in reverse order.
 pub(crate) fn base() -> Vec<u32> {
     let mut assembler = Assembler::new(false);
     let values_at_0 = assembler.buffer("values", 0);
@@ -46,8 +46,9 @@ pub(crate) fn base() -> Vec<u32> {
     assembler.b.module().assemble()
 }
 
-/// Entry points `trace.scene` and `trace.points`: one ray along z from (i + 1/2, 1/2, -1) against the structure;
-/// `values[i] = 16 boxes met + kind of the nearest triangle (0: none, 1: there is one)`. And `fill`, which writes 7.
+/// Returns a module with entry points `trace.scene` and `trace.points`, and `fill`, which writes 7. The first two trace a
+/// ray along z from (i + 1/2, 1/2, -1):
+/// `values[i] = 16 boxes met + kind of the nearest triangle (0: none, 1: there is one)`.
 pub(crate) fn rayquery() -> Vec<u32> {
     let mut assembler = Assembler::new(true);
     let values = assembler.buffer("values", 1);
@@ -117,7 +118,7 @@ impl Assembler {
         self.bound(name, binding, StorageClass::UniformConstant, structure)
     }
 
-    /// One u32 at an offset.
+    /// Declares a push constant of one u32 at an offset.
     fn push_constant(&mut self, offset: u32) -> Word {
         let block = self.b.type_struct_id(None, [self.uint]);
         self.b.decorate(block, Decoration::Block, []);
@@ -143,7 +144,7 @@ impl Assembler {
         self.b.load(self.uint, None, element, None, []).unwrap()
     }
 
-    /// Writes an element, if there is one of this index.
+    /// Writes an element if the index is within the buffer.
     fn store(&mut self, buffer: Word, index: Word, value: Word) {
         let length = self.b.array_length(self.uint, None, buffer, 0).unwrap();
         let inside = self.b.u_less_than(self.boolean, None, index, length).unwrap();
@@ -157,7 +158,7 @@ impl Assembler {
         self.b.begin_block(Some(end)).unwrap();
     }
 
-    /// An entry point with workgroups of 64; `body` gets the index of the invocation.
+    /// Adds an entry point with workgroups of 64; `body` receives the index of the invocation.
     fn entry(&mut self, name: &str, interface: &[Word], body: impl FnOnce(&mut Assembler, Word)) {
         let signature = self.b.type_function(self.void, []);
         let function = self.b.begin_function(self.void, None, FunctionControl::NONE, signature).unwrap();
@@ -178,7 +179,7 @@ impl Assembler {
     }
 
     fn trace(&mut self, pass: &str, structure: Word, values: Word) {
-        // A query lives in private memory here: variables of a function would have to open its first block.
+        // Keep the query in private memory: variables of a function would have to be declared in its first block.
         let query_type = self.b.type_ray_query_khr();
         let query_pointer = self.b.type_pointer(None, StorageClass::Private, query_type);
         let query = self.b.variable(query_pointer, None, StorageClass::Private, None);
@@ -201,7 +202,7 @@ impl Assembler {
             a.b.ray_query_initialize_khr(query, target, none, all, origin, zero, direction, far).unwrap();
             a.b.store(count, none, None, []).unwrap();
 
-            // While the query proceeds, count.
+            // Count the candidates while the query proceeds.
             let [head, test, body, again, end] = [(); 5].map(|()| a.b.id());
             a.b.branch(head).unwrap();
             a.b.begin_block(Some(head)).unwrap();

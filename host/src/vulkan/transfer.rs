@@ -1,4 +1,4 @@
-//! Bytes between host and device: straight where the host sees a buffer's memory, else through a staging buffer.
+//! Transfers between host and device: direct if a buffer's memory is visible to the host, else through a staging buffer.
 
 use ash::vk;
 
@@ -6,7 +6,7 @@ use super::buffer::{Buffer, Purpose};
 use super::error::VulkanError;
 use super::frame::FrameCommands;
 
-/// Largest piece that goes through a staging buffer at once (bytes).
+/// Maximum size of a piece in a staging buffer (bytes).
 const STAGING_BYTES: u64 = 64 << 20;
 
 impl FrameCommands {
@@ -29,7 +29,7 @@ impl FrameCommands {
         }
     }
 
-    /// The bytes of a whole buffer.
+    /// Returns the bytes of a whole buffer.
     ///
     /// # Errors
     ///
@@ -70,7 +70,7 @@ impl FrameCommands {
     }
 }
 
-/// A buffer that the host sees, for pieces of another.
+/// Creates a staging buffer for pieces of another buffer.
 fn staging(buffer: &Buffer, purpose: Purpose) -> Result<Buffer, VulkanError> {
     let name = format!("staging.{}", buffer.name);
     Buffer::new(&buffer.memory, &name, buffer.bytes.min(STAGING_BYTES), purpose)
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn staging_carries_every_piece() {
+    fn staging_transfers_every_piece() {
         let context = match Context::new(None, false, false) {
             Ok(context) => Arc::new(context),
             Err(error) => return test_module::skip(&error),

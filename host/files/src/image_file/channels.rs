@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// What the numbers of an image mean.
+/// Encoding of an image's values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
     /// Proportional to light: EXR.
@@ -19,17 +19,17 @@ pub struct Channels {
     pub width: usize,
     /// Height (px).
     pub height: usize,
-    /// `width * height` values of each channel; `R`, `caustics.G`, `samples.count` and the like.
+    /// `width * height` values of each channel, by names such as `R`, `caustics.G` and `samples.count`.
     pub channels: BTreeMap<String, Vec<f32>>,
     /// Texts and numbers of the file's header.
     pub attributes: BTreeMap<String, String>,
-    /// What the numbers mean.
+    /// Encoding of the values.
     pub encoding: Encoding,
 }
 
 impl Channels {
-    /// The red, green and blue channel of a layer: `R` or `NAME.R` and so on; a layer of one channel `NAME` is grey.
-    /// The name of the beauty layer is empty.
+    /// Returns the red, green and blue channels of a layer: `R` or `NAME.R` and so on. A layer of one channel `NAME` is
+    /// grey. An empty name selects the beauty layer.
     pub fn layer(&self, name: &str) -> Option<[&[f32]; 3]> {
         let prefix = if name.is_empty() { String::new() } else { format!("{name}.") };
         let rgb = ["R", "G", "B"].map(|channel| self.channels.get(&format!("{prefix}{channel}")));
@@ -39,7 +39,7 @@ impl Channels {
         self.channels.get(if name.is_empty() { "Y" } else { name }).map(|grey| [grey.as_slice(); 3])
     }
 
-    /// Names that [`Channels::layer`] knows here; the beauty layer is called `beauty`.
+    /// Returns the names of the layers that [`Channels::layer`] finds in this image. The beauty layer is called `beauty`.
     pub fn layer_names(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for channel in self.channels.keys() {

@@ -1,18 +1,18 @@
-//! Images that are too large to be read.
+//! Limits of the size of images.
 
 use crate::memory;
 
-/// Most samples of an image, those of all channels of all parts: 16 channels of the largest frame.
+/// Maximum number of samples of an image in all channels of all parts: 16 channels of the largest frame.
 pub const MAX_SAMPLES: u128 = 1 << 30;
-/// Samples from which on an image is compared with the memory that is there.
+/// Number of samples from which an image is compared with the available memory.
 const LARGE: u128 = 1 << 16;
 
-/// Refuses an image of more samples than can be, or than there is memory for, before it is decoded: a header of few bytes may
-/// speak of any number.
+/// Refuses an image before it is decoded, if it has more samples than [`MAX_SAMPLES`] or does not fit into memory. A header
+/// of a few bytes can declare any number of samples.
 ///
-/// Reading takes `each` of a sample (bytes), measured as the growth of the peak of `compare`.
+/// `each` is the memory that reading a sample takes (bytes), measured as the growth of the peak of `compare`.
 pub fn check_samples(samples: u128, each: u64) -> Result<(), String> {
-    // The system is asked for what may be much only.
+    // Query the system for large images only.
     check_samples_within(samples, each, if samples > LARGE { memory::available() } else { None })
 }
 

@@ -36,7 +36,7 @@ fn parts(parts: &[Part]) -> Vec<u8> {
 }
 
 #[test]
-fn pictures_come_back_with_layers_and_attributes() {
+fn written_images_are_read_back_with_layers_and_attributes() {
     let folder = tempfile::tempdir().unwrap();
     let colors = |scale: f32| (0..6).map(|i| Vec3::new(i as f32, 0.5, 1e-3) * scale).collect::<Vec<_>>();
     let image = RenderedImage {
@@ -64,10 +64,10 @@ fn pictures_come_back_with_layers_and_attributes() {
 }
 
 #[test]
-fn other_programs_files_are_read() {
+fn files_of_other_programs_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let half = |value: f32| FlatSamples::F16(vec![f16::from_f32(value); 2]);
-    // Half floats and integers; parts whose channels repeat the part's name, as some programs write them, or do not.
+    // Half floats and integers. Some programs repeat the part's name in its channels' names, others do not.
     let bytes = parts(&[
         (Some("beauty"), (2, 1), vec![("R", half(0.5)), ("G", half(-1.0)), ("B", half(65504.0))]),
         (Some("direct"), (2, 1), vec![("direct.R", half(2.0)), ("id", FlatSamples::U32(vec![3, 4]))]),
@@ -88,14 +88,14 @@ fn display_colours_are_read_from_png() {
     let folder = tempfile::tempdir().unwrap();
     let colors = [Vec3::new(0.0, 1.0, 0.2), Vec3::new(1.0, 0.0, 0.6)];
     let bytes = crate::output::png::encode(2, 1, &colors).unwrap();
-    // The name of the file does not matter.
+    // The first bytes decide the format, not the file's name.
     let read = Channels::read(&write(&folder, "a.exr", &bytes)).unwrap();
     assert_eq!((read.width, read.height, read.encoding), (2, 1, super::Encoding::Srgb));
     assert_eq!(read.layer("").unwrap(), [&[0.0, 1.0][..], &[1.0, 0.0], &[0.2, 0.6]]);
 }
 
 #[test]
-fn damaged_files_are_named() {
+fn errors_of_damaged_files_name_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let whole = parts(&[(None, (4, 4), vec![("R", FlatSamples::F32(vec![1.0; 16]))])]);
     let unequal = [("a", (4, 4)), ("b", (2, 1))].map(|(name, size): (_, (usize, usize))| {
@@ -116,7 +116,7 @@ fn damaged_files_are_named() {
     assert!(matches!(error, ImageError::Read { .. }) && error.to_string().contains("none.exr"));
 }
 
-/// The file of an image whose header says another size; the rest stays.
+/// Replaces the size in the header of an image's file.
 fn resized(bytes: &[u8], width: i32, height: i32) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
@@ -126,16 +126,16 @@ fn resized(bytes: &[u8], width: i32, height: i32) -> Vec<u8> {
     bytes
 }
 
-/// Decoding would first ask for 1 GB a channel.
+/// Without the limit, decoding would allocate 1 GB for each channel.
 #[test]
-fn a_header_that_speaks_of_too_many_samples_is_refused() {
+fn a_header_that_declares_too_many_samples_is_refused() {
     let names: Vec<String> = (0..15).map(|index| format!("c{index:02}")).collect();
     let channels = names.iter().map(|name| (name.as_str(), FlatSamples::F32(vec![1.0; 16])));
     let file = parts(&[(None, (4, 4), channels.collect())]);
     assert!(Channels::decode(&resized(&file, 4, 4)).is_ok());
     let error = Channels::decode(&resized(&file, 30_000_000, 9)).unwrap_err();
     assert!(file.len() < 4096 && error.contains("4050000000 samples"), "{error}");
-    // As many as there are at most take more than 1 GiB.
+    // The maximum number of samples takes more than 1 GiB.
     assert!(check_samples_within(MAX_SAMPLES, 8, None).is_ok());
     let error = check_samples_within(MAX_SAMPLES, 8, Some(1 << 30)).unwrap_err();
     assert!(error.contains("8.0 GiB") && error.contains("1024 MiB are available"), "{error}");

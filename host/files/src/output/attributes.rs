@@ -1,5 +1,5 @@
-//! The attributes in the header of an EXR file: in the order of their names, so that equal images are equal files; texts
-//! in UTF-8, which is what OpenEXR's own tools expect; and a checksum of the file among them.
+//! Attributes in the header of an EXR file. They are sorted by name, so that equal images give equal files. Texts are
+//! UTF-8, as OpenEXR's own tools expect. One attribute holds a checksum of the file.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -9,25 +9,25 @@ use ::exr::meta::attribute::{AttributeValue, Text};
 
 use super::EncodeError;
 
-/// Where the attributes begin: behind magic number and version (bytes).
+/// Offset of the attributes behind magic number and version (bytes).
 const START: usize = 8;
 
 /// Name of the attribute that holds the CRC-32 of the file, taken with zeros in its own value.
 pub const CHECKSUM: &str = "crc32";
-/// Its value before it is known: as long as the checksum in hexadecimal digits.
+/// Placeholder of the checksum, with the same number of hexadecimal digits.
 const UNKNOWN: &str = "00000000";
 
-/// A text as an EXR attribute holds it.
+/// Returns a text as the value of an EXR attribute.
 pub fn text(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
-/// A text of an EXR file: UTF-8, or Latin-1 where it is not that.
+/// Decodes the text of an EXR attribute as UTF-8, or else as Latin-1.
 pub fn decode(text: &Text) -> String {
     String::from_utf8(text.bytes().to_vec()).unwrap_or_else(|_| text.to_string())
 }
 
-/// The attribute of the checksum that is not yet known: a name and a value.
+/// Returns the attribute of the checksum with its placeholder: name and value.
 pub fn unknown_checksum() -> (Text, AttributeValue) {
     (text(CHECKSUM), AttributeValue::Text(text(UNKNOWN)))
 }
@@ -44,7 +44,7 @@ pub fn seal(mut bytes: Vec<u8>) -> Result<Vec<u8>, EncodeError> {
     Ok(bytes)
 }
 
-/// Whether a file is the one that was sealed, to the last bit; none of a file without a checksum.
+/// Whether a file is unchanged since [`seal`], to the last bit. `None` for a file without a checksum.
 pub fn is_whole(bytes: &[u8]) -> Option<bool> {
     let offset = checksum_at(bytes)?;
     let (head, rest) = bytes.split_at(offset);
@@ -56,7 +56,7 @@ pub fn is_whole(bytes: &[u8]) -> Option<bool> {
     Some(known == format!("{:08x}", hasher.finalize()).as_bytes())
 }
 
-/// Where the value of the checksum begins in a file of one part.
+/// Returns the offset of the checksum's value in a file of one part.
 fn checksum_at(bytes: &[u8]) -> Option<usize> {
     let head = [CHECKSUM.as_bytes(), b"\0string\0", &(UNKNOWN.len() as u32).to_le_bytes()].concat();
     let mut at = START;
@@ -70,11 +70,11 @@ fn checksum_at(bytes: &[u8]) -> Option<usize> {
     None
 }
 
-/// Sorts the attributes of a file of one part; nothing else moves.
+/// Sorts the attributes of a file of one part by name and leaves all other bytes in place.
 ///
 /// # Errors
 ///
-/// If they have no end.
+/// If the attributes have no end.
 pub fn sort(mut bytes: Vec<u8>) -> Result<Vec<u8>, EncodeError> {
     let mut attributes = Vec::new();
     let mut at = START;
@@ -89,7 +89,7 @@ pub fn sort(mut bytes: Vec<u8>) -> Result<Vec<u8>, EncodeError> {
     Ok(bytes)
 }
 
-/// Where the attribute ends that begins here: name, type, size of the value, value.
+/// Returns the end of the attribute at `at`: name, type, size of the value, value.
 fn end(bytes: &[u8], at: usize) -> Option<usize> {
     let behind_text = |at: usize| Some(at + bytes.get(at..)?.iter().position(|&byte| byte == 0)? + 1);
     let size = behind_text(behind_text(at)?)?;
@@ -98,11 +98,11 @@ fn end(bytes: &[u8], at: usize) -> Option<usize> {
     value.checked_add(length as usize)
 }
 
-/// The texts in the header of a file.
+/// Returns the texts in the header of a file.
 ///
 /// # Errors
 ///
-/// If it has no header that can be read.
+/// If the file has no readable header.
 pub fn read(bytes: &[u8]) -> ::exr::error::Result<BTreeMap<String, String>> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     let headers = meta.headers.iter();
@@ -123,17 +123,17 @@ mod tests {
     use glam::Vec3;
 
     #[test]
-    fn equal_pictures_are_equal_files_and_their_attributes_are_read_back() {
+    fn equal_images_give_equal_files_and_their_attributes_are_read_back() {
         let image =
             RenderedImage { width: 2, height: 1, path: vec![Vec3::ONE; 2], ..RenderedImage::default() };
-        // Enough names that two hash maps almost never agree on their order: 16! orders.
+        // With 16 names, two hash maps almost never agree on their order: there are 16! orders.
         let attributes: BTreeMap<_, _> = (0..16).map(|i| (format!("name_{i}"), format!("κ {i}"))).collect();
         let files: Vec<_> = (0..4).map(|_| exr::encode(&image, None, &attributes).unwrap()).collect();
         assert!(files.iter().all(|file| *file == files[0]));
 
         let back = read(&files[0]).unwrap();
         assert!(attributes.iter().all(|(name, value)| back[name] == *value), "{back:?}");
-        assert_eq!(decode(&Text::new_or_panic("bür")), "bür", "Latin-1, as older files have it");
+        assert_eq!(decode(&Text::new_or_panic("bür")), "bür", "older files hold Latin-1");
         assert!(sort(b"12345678name\0type\0\xff\xff\xff\xffvalue".to_vec()).is_err());
     }
 

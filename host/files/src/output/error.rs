@@ -1,25 +1,25 @@
-//! What can go wrong while an image is encoded.
+//! Errors of encoding an image.
 
-/// Why an image cannot be encoded.
+/// Error of encoding an image.
 #[derive(Debug, thiserror::Error)]
 pub enum EncodeError {
-    /// There are not `width * height` colours.
+    /// The number of colours differs from `width * height`.
     #[error("an image of {width} x {height} pixels has {colors} colours")]
     Size {
         /// Width (px).
         width: u32,
         /// Height (px).
         height: u32,
-        /// Colours that were given.
+        /// Number of colours given.
         colors: usize,
     },
-    /// PNG.
+    /// The encoder of PNG failed.
     #[error("encoding PNG")]
     Png(#[from] image::ImageError),
-    /// EXR.
+    /// The encoder of EXR failed.
     #[error("encoding EXR")]
     Exr(#[from] exr::error::Error),
-    /// Bytes that are no EXR file of ours.
+    /// The bytes are not an EXR file of this program.
     #[error("an EXR header has {0}")]
     Header(&'static str),
 }

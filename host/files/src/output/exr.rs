@@ -1,6 +1,7 @@
-//! Scene-linear EXR: beauty as R, G, B; layers by channel names: `path`, `caustics`, `points`, `photons` of a gather,
-//! `variance` (of the mean of beauty) and `samples` of a mean;
-//! what other tools ask for ([`Auxiliary`](crate::rendered_image::Auxiliary)).
+//! Scene-linear EXR files. Beauty is R, G, B; the other layers go by channel names. `path`, `caustics`, `points` and
+//! `photons` belong to a gather.
+//! A mean has `variance` (of the mean of beauty) and `samples`; layers for other tools are
+//! [`Auxiliary`](crate::rendered_image::Auxiliary).
 
 use std::collections::BTreeMap;
 
@@ -11,17 +12,17 @@ use super::EncodeError;
 use super::attributes::{CHECKSUM, seal, sort, text, unknown_checksum};
 use crate::rendered_image::RenderedImage;
 
-/// What a reader of the layer `variance` must know.
+/// Note for readers of the layer `variance`.
 const VARIANCE_NOTE: &str = "estimated from the samples of each pixel; too small where few of them carry the light, \
     and 0 where none has found it yet";
 
-/// Encodes an image as the bytes of an EXR file. `variance` is the variance of its mean and the number of frames in it, for
-/// the layers `variance` and `samples`; `attributes` say how it was made and stand in the header. Colours are linear with the
-/// primaries of Rec. 709.
+/// Encodes an image as the bytes of an EXR file. Colours are linear with the primaries of Rec. 709.
+/// `variance` is the variance of a mean and its number of frames, for the layers `variance` and `samples`. `attributes` say
+/// how the image was made and go into the header.
 ///
 /// # Errors
 ///
-/// If a layer has another size than the image.
+/// If a layer's size differs from the image's.
 pub fn encode(
     image: &RenderedImage,
     variance: Option<(Vec<Vec3>, u32)>,
@@ -72,6 +73,6 @@ pub fn encode(
     });
     let mut bytes = std::io::Cursor::new(Vec::new());
     file.write().to_buffered(&mut bytes)?;
-    // The crate keeps them in the order of a hash map.
+    // Sort the attributes, which the crate writes in the order of a hash map.
     seal(sort(bytes.into_inner())?)
 }

@@ -1,4 +1,4 @@
-//! A folder in which files are written, opened once: what is written goes where the folder is, though somebody moves it meanwhile.
+//! Output folder, held open: files are written into it even if it is moved in the meantime.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -7,35 +7,35 @@ use std::io::Result;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, Weak};
 
-/// What stands under a name.
+/// Kind of a folder's entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EntryKind {
     /// A regular file, or a link to one.
     File,
-    /// A link that leads nowhere.
+    /// A link to a missing file.
     Dangling,
-    /// A folder, a device, a pipe.
+    /// A folder, a device or a pipe.
     Other,
 }
 
-/// A folder in which files are written.
+/// Output folder, held open.
 #[derive(Debug)]
 pub struct Folder {
-    /// Where it was when it was opened.
+    /// Path at the time of opening.
     pub path: PathBuf,
     #[cfg(unix)]
     descriptor: std::os::fd::OwnedFd,
 }
 
-/// Folders in use: of one path there is one, wherever it is by now.
+/// Open folders by path: one for each path, even after it was moved.
 static OPEN: Mutex<BTreeMap<PathBuf, Weak<Folder>>> = Mutex::new(BTreeMap::new());
 
 impl Folder {
-    /// The folder of this path, which is the one that is in use under it, if there is one.
+    /// Returns the open folder of this path, or opens it.
     ///
     /// # Errors
     ///
-    /// If there is no such folder.
+    /// If the folder does not exist.
     pub fn open(path: &Path) -> Result<Arc<Folder>> {
         let mut open = OPEN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         open.retain(|_, folder| folder.strong_count() > 0);
@@ -55,7 +55,7 @@ mod system {
 
     impl Folder {
         pub(super) fn new(path: &Path) -> Result<Folder> {
-            // Who may write in a folder need not be able to list it.
+            // A folder may be writable without being readable.
             #[cfg(target_os = "linux")]
             let access = OFlags::PATH;
             #[cfg(not(target_os = "linux"))]
@@ -64,28 +64,28 @@ mod system {
             Ok(Folder { path: path.into(), descriptor: openat(CWD, path, flags, Mode::empty())? })
         }
 
-        /// Whether nobody can reach it any more.
+        /// Whether the folder was deleted.
         pub fn is_removed(&self) -> bool {
             fstat(&self.descriptor).is_ok_and(|stat| stat.st_nlink == 0)
         }
 
-        /// Makes a file that only its user reads, where there is none of this name.
+        /// Creates a file that only its owner can read. Fails if the name is taken.
         pub fn create(&self, name: &OsStr) -> Result<File> {
             self.file(name, OFlags::CREATE | OFlags::EXCL)
         }
 
-        /// Opens a file to write, and makes it where there is none.
+        /// Opens a file for writing, and creates it if it is missing.
         pub fn open_or_create(&self, name: &OsStr) -> Result<File> {
             self.file(name, OFlags::CREATE)
         }
 
         fn file(&self, name: &OsStr, flags: OFlags) -> Result<File> {
-            // A pipe of this name would keep it waiting.
+            // `NONBLOCK`: opening must not wait if the name is a pipe.
             let flags = flags | OFlags::RDWR | OFlags::CLOEXEC | OFlags::NONBLOCK | OFlags::NOCTTY;
             Ok(openat(&self.descriptor, name, flags, Mode::RUSR | Mode::WUSR)?.into())
         }
 
-        /// What stands under a name; none if nothing does.
+        /// Returns the kind of the entry of this name, or `None` if the name is free.
         pub fn entry(&self, name: &OsStr) -> Option<EntryKind> {
             statat(&self.descriptor, name, AtFlags::SYMLINK_NOFOLLOW).ok()?;
             Some(match self.stat(name) {
@@ -101,23 +101,23 @@ mod system {
             statat(&self.descriptor, name, AtFlags::empty()).ok()
         }
 
-        /// Whether an open file is the one of this name.
+        /// Whether an open file is the entry of this name.
         pub fn holds(&self, name: &OsStr, file: &File) -> bool {
             let id = |stat: Stat| (stat.st_dev, stat.st_ino);
             self.stat(name).is_some_and(|stat| fstat(file).is_ok_and(|open| id(open) == id(stat)))
         }
 
-        /// Gives a file another name, and with `force` takes that from one that has it.
+        /// Renames a file. With `force` it replaces an existing file.
         pub fn rename(&self, from: &OsStr, to: &OsStr, force: bool) -> Result<()> {
             let folder = &self.descriptor;
             if !force {
-                // Of two that want the name at once, one gets it.
+                // If two processes rename to the same name, exactly one succeeds.
                 #[cfg(target_os = "linux")]
                 {
                     use rustix::fs::{RenameFlags, renameat_with};
                     use rustix::io::Errno;
                     match renameat_with(folder, from, folder, to, RenameFlags::NOREPLACE) {
-                        // File systems that do not know it.
+                        // The file system does not support `NOREPLACE`.
                         Err(Errno::INVAL | Errno::NOSYS) => {}
                         done => return Ok(done?),
                     }
@@ -136,7 +136,7 @@ mod system {
     }
 }
 
-/// Elsewhere a folder with an open file in it does not move.
+/// Other systems do not move a folder while a file in it is open.
 #[cfg(not(unix))]
 mod system {
     use super::*;
@@ -151,17 +151,17 @@ mod system {
             !self.path.is_dir()
         }
 
-        /// Makes a file where there is none of this name.
+        /// Creates a file. Fails if the name is taken.
         pub fn create(&self, name: &OsStr) -> Result<File> {
             OpenOptions::new().read(true).write(true).create_new(true).open(self.path.join(name))
         }
 
-        /// Opens a file to write, and makes it where there is none.
+        /// Opens a file for writing, and creates it if it is missing.
         pub fn open_or_create(&self, name: &OsStr) -> Result<File> {
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(self.path.join(name))
         }
 
-        /// What stands under a name; none if nothing does.
+        /// Returns the kind of the entry of this name, or `None` if the name is free.
         pub fn entry(&self, name: &OsStr) -> Option<EntryKind> {
             let path = self.path.join(name);
             path.symlink_metadata().ok()?;
@@ -172,12 +172,12 @@ mod system {
             })
         }
 
-        /// Whether an open file is the one of this name: it is not removed.
+        /// Whether the entry of this name exists: an open file is not removed here.
         pub fn holds(&self, name: &OsStr, _: &File) -> bool {
             self.path.join(name).exists()
         }
 
-        /// Gives a file another name, and with `force` takes that from one that has it.
+        /// Renames a file. With `force` it replaces an existing file.
         pub fn rename(&self, from: &OsStr, to: &OsStr, force: bool) -> Result<()> {
             if !force && self.entry(to).is_some() {
                 return Err(std::io::ErrorKind::AlreadyExists.into());

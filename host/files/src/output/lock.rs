@@ -1,4 +1,4 @@
-//! One run at a time writes a file.
+//! Lock of an output file: one run at a time writes it.
 
 use std::ffi::OsString;
 use std::fs::{File, TryLockError};
@@ -10,23 +10,27 @@ use std::time::Duration;
 use super::folder::Folder;
 use super::target::{PREFIX, TargetError, folder};
 
-/// How often a lock is asked for: who tidies up holds it for a moment.
+/// Attempts to take a lock. A run that removes stale files holds it for a moment.
 const ATTEMPTS: u32 = 20;
-/// Time between.
+/// Pause between attempts.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// The right to write a file and what belongs to it: a locked file beside it, which the system unlocks when the process
-/// ends, however it ends. It is removed with the right, or by a later run.
+/// Lock of an output file and the files that belong to it: a locked file beside it. The system unlocks it when the process
+/// ends, for any reason. The lock file is removed on drop, or by a later run.
 #[derive(Debug)]
 pub struct FileLock {
     folder: Arc<Folder>,
     name: OsString,
-    // Locked as long as it is open.
+    // Holds the lock while it is open.
     _file: File,
 }
 
 impl FileLock {
-    /// Takes it; an error where another run has it.
+    /// Takes the lock.
+    ///
+    /// # Errors
+    ///
+    /// If another run holds the lock, or its file cannot be written.
     pub fn take(output: &Path) -> Result<FileLock, TargetError> {
         let fail = |source| TargetError::Write { path: output.into(), source };
         let name = name(output);
@@ -34,9 +38,9 @@ impl FileLock {
         for _ in 0..ATTEMPTS {
             let file = folder.open_or_create(&name).map_err(fail)?;
             match file.try_lock() {
-                // Who had it before may have removed it after it was opened here.
+                // The previous holder removed the file after it was opened here: try again.
                 Ok(()) if !folder.holds(&name, &file) => {}
-                // On a drive without locks runs are not told apart.
+                // The drive supports no locks: proceed without.
                 Ok(()) | Err(TryLockError::Error(_)) => return Ok(FileLock { folder, name, _file: file }),
                 Err(TryLockError::WouldBlock) => sleep(PAUSE),
             }
@@ -45,7 +49,7 @@ impl FileLock {
     }
 }
 
-/// The locked file beside a file that is written.
+/// Path of the lock file of an output file.
 pub fn path_of(output: &Path) -> PathBuf {
     folder(output).join(name(output))
 }
@@ -65,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_one_has_it_and_nothing_is_left() {
+    fn a_lock_is_exclusive_and_its_file_is_removed() {
         let desk = tempfile::tempdir().unwrap();
         let output = desk.path().join("a.exr");
         let first = FileLock::take(&output).unwrap();
@@ -75,7 +79,7 @@ mod tests {
         FileLock::take(&desk.path().join("b.exr")).unwrap();
         drop(first);
         drop(FileLock::take(&output).unwrap());
-        // What a killed run leaves is locked by nobody.
+        // The lock file of a killed run is not locked.
         std::fs::write(desk.path().join(".caustics-a.exr.lock"), "").unwrap();
         drop(FileLock::take(&output).unwrap());
         assert_eq!(desk.path().read_dir().unwrap().count(), 0);

@@ -1,4 +1,4 @@
-//! A file that appears whole or not at all.
+//! Output files that appear whole or not at all.
 
 use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
@@ -13,52 +13,52 @@ use thiserror::Error;
 use super::folder::{EntryKind, Folder};
 use crate::file;
 
-/// Why a file cannot be written.
+/// Error of writing an output file.
 #[derive(Debug, Error)]
 pub enum TargetError {
-    /// It is there already.
+    /// The file exists.
     #[error("{} exists; give --force to overwrite it", .0.display())]
     Exists(PathBuf),
-    /// It is a link that leads nowhere.
+    /// The path is a link to a missing file.
     #[error("{} is a link to what is not there; remove it, or give --force to replace it", .0.display())]
     Dangling(PathBuf),
-    /// It is a device, a pipe or a folder: nobody's to replace.
+    /// The path is a device, a pipe or a folder, which must not be replaced.
     #[error("{} is no regular file; give another name", .0.display())]
     NoFile(PathBuf),
-    /// Another run is about to write it.
+    /// Another run writes the file.
     #[error("another run writes {} and holds {}; wait for it, or give another -o", output.display(), lock.display())]
     Busy {
         /// The file.
         output: PathBuf,
-        /// What the other run holds.
+        /// Lock file of the other run.
         lock: PathBuf,
     },
-    /// It cannot be removed.
+    /// The file cannot be removed.
     #[error("cannot remove {}: {source}", path.display())]
     Remove {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// It cannot be written.
+    /// The file cannot be written.
     #[error("cannot write {}: {source}; {}", path.display(), advice(source))]
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
 }
 
 impl TargetError {
-    /// Whether the caller chose a file that cannot be written, rather than the system failing to write it.
+    /// Whether the user chose a file that cannot be written; otherwise the system failed to write it.
     pub fn is_usage(&self) -> bool {
         matches!(self, TargetError::Exists(_) | TargetError::Dangling(_) | TargetError::NoFile(_))
     }
 }
 
-/// What a person can do about a file that cannot be written.
+/// Returns advice for a file that cannot be written.
 fn advice(error: &std::io::Error) -> &'static str {
     match error.kind() {
         ErrorKind::FileTooLarge => "raise the limit of files (ulimit -f), or give a smaller size",
@@ -67,11 +67,11 @@ fn advice(error: &std::io::Error) -> &'static str {
     }
 }
 
-/// How names of files that are not yet in their place begin.
+/// Prefix of the names of temporary files.
 pub(super) const PREFIX: &str = ".caustics-";
 
-/// A file that will be written: claimed before the work for it is done, and in its place whole or not at all. Its place is in the
-/// folder that was there when it was claimed, wherever that is by then.
+/// Output file that is claimed before its content is computed. It is written to the folder that was opened by the claim,
+/// even if that folder is moved.
 #[derive(Debug)]
 pub struct Target {
     path: PathBuf,
@@ -85,8 +85,9 @@ impl Target {
     ///
     /// # Errors
     ///
-    /// If the file exists and `force` is not set, if it is a folder, a device or a link that leads nowhere, or if its folder
-    /// cannot be written.
+    /// - If the file exists and `force` is not set.
+    /// - If `path` is a folder, a device or a link to a missing file.
+    /// - If its folder cannot be written.
     pub fn claim(path: &Path, force: bool) -> Result<Target, TargetError> {
         let path = path.to_path_buf();
         let Some(name) = path.file_name().map(OsStr::to_os_string) else {
@@ -104,12 +105,12 @@ impl Target {
         Ok(Target { path, name, force, part })
     }
 
-    /// Writes the bytes, then renames the temporary file to the path that was claimed.
+    /// Writes the bytes to the temporary file and renames it to the claimed path.
     pub fn finish(self, bytes: &[u8]) -> Result<(), TargetError> {
         self.finish_with(|file| file.write_all(bytes))
     }
 
-    /// The same of bytes that are too many to be held.
+    /// Writes the file by a function, for content that is too large for memory. See [`Target::finish`].
     pub fn finish_with(
         mut self,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
@@ -118,7 +119,7 @@ impl Target {
         let written = write(&mut file).and_then(|()| file.flush());
         drop(file);
         let done = written.and_then(|()| self.part.rename_to(&self.name, self.force)).or_else(|error| {
-            // Its folder was removed, and the temporary file with it.
+            // The folder was removed, and the temporary file with it: recreate the folder and copy the open file.
             if error.kind() != ErrorKind::NotFound || !self.part.folder.is_removed() {
                 return Err(error);
             }
@@ -136,7 +137,7 @@ impl Target {
     }
 }
 
-/// The folder of a file.
+/// Returns the folder of a file.
 pub(super) fn folder(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
@@ -144,12 +145,12 @@ pub(super) fn folder(path: &Path) -> &Path {
     }
 }
 
-/// A temporary file that is locked as long as it is in use, and by that told from one that a killed run left. It is removed with
-/// this unless it was renamed.
+/// Temporary file. It is locked while it is in use, which tells it from a file that a killed run left. It is removed on
+/// drop unless it was renamed.
 #[derive(Debug)]
 struct Part {
     folder: Arc<Folder>,
-    /// Its name; none once it has its final name.
+    /// Temporary name; `None` once the file has its final name.
     name: Option<OsString>,
     file: File,
 }
@@ -162,26 +163,26 @@ impl Part {
             let count = COUNT.fetch_add(1, Ordering::Relaxed);
             let name = OsString::from(format!("{PREFIX}{}-{count}", std::process::id()));
             let file = match folder.create(&name) {
-                // A killed process of this number left it.
+                // A killed process with the same id left it.
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
                 file => file?,
             };
-            // Where the system has no locks, nobody gets one to remove it either.
+            // Without locks on this drive, other runs cannot lock the file in order to remove it either.
             let _ = file.lock();
-            // Another run may have taken it for a stale one before it was locked.
+            // Another run may have removed the file as stale before it was locked.
             if folder.holds(&name, &file) {
                 return Ok(Part { folder, name: Some(name), file });
             }
         }
     }
 
-    /// Gives it its name.
+    /// Renames the temporary file to its final name.
     fn rename_to(&mut self, name: &OsStr, force: bool) -> std::io::Result<()> {
-        // A name must not be there before its bytes are, whatever happens to the machine.
+        // Sync first: after a crash of the machine, the name must not exist without its bytes.
         self.file.sync_all()?;
         #[cfg(unix)]
         {
-            // Temporary files are private; images are as public as any other new file.
+            // Temporary files are private; the final file gets the default permissions of a new file.
             use std::os::unix::fs::PermissionsExt;
             self.file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
         }
@@ -196,13 +197,13 @@ impl Part {
 impl Drop for Part {
     fn drop(&mut self) {
         if let Some(name) = &self.name {
-            // It is not there where its folder is not.
+            // The file is gone if its folder is.
             let _ = self.folder.remove(name);
         }
     }
 }
 
-/// Removes what killed runs left in a folder, once in a process: files of ours that nobody has locked.
+/// Removes files of killed runs from a folder, once in a process: temporary files that are not locked.
 fn remove_stale(folder: &Path) {
     static SEEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let is_new = SEEN.lock().is_ok_and(|mut seen| seen.insert(folder.into()));
@@ -211,7 +212,7 @@ fn remove_stale(folder: &Path) {
         if !is_ours || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
             continue;
         }
-        // Held until it is removed: who creates it at this moment waits for that.
+        // Keep the lock until the file is removed: a run that creates it at this moment waits.
         if let Ok(file) = file::open(&entry.path())
             && file.try_lock().is_ok()
         {
@@ -220,13 +221,13 @@ fn remove_stale(folder: &Path) {
     }
 }
 
-/// Removes a file; if it is not there that is fine.
+/// Removes a file. A missing file is no error.
 ///
 /// # Errors
 ///
-/// If the system refuses it.
+/// If the system cannot remove the file.
 pub fn remove(path: &Path) -> Result<(), TargetError> {
-    // Where the folder is that is written in.
+    // Use the open folder, which may have moved.
     let removed = match path.file_name() {
         Some(name) => Folder::open(folder(path)).and_then(|folder| folder.remove(name)),
         None => std::fs::remove_file(path),
@@ -260,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_killed_run_left_is_removed_and_what_is_in_use_is_not() {
+    fn files_of_killed_runs_are_removed_and_files_in_use_are_kept() {
         let folder = tempfile::tempdir().unwrap();
         let [stale, used, other] =
             [".caustics-a1", ".caustics-b2", "caustics-c3"].map(|name| folder.path().join(name));
@@ -271,7 +272,7 @@ mod tests {
         holder.lock().unwrap();
         let target = Target::claim(&folder.path().join("a.exr"), false).unwrap();
         assert_eq!([&stale, &used, &other].map(|path| path.exists()), [false, true, true]);
-        // Its own is locked too.
+        // The target's own temporary file is locked too.
         let own = File::open(folder.path().join(target.part.name.as_ref().unwrap())).unwrap();
         assert!(own.try_lock().is_err());
         target.finish(b"whole").unwrap();
@@ -280,13 +281,13 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_file_goes_where_its_folder_was_moved_and_is_there_though_its_folder_was_removed() {
+    fn a_file_follows_its_moved_folder_and_is_written_even_if_its_folder_was_removed() {
         let desk = tempfile::tempdir().unwrap();
         let [before, after] = ["before", "after"].map(|name| desk.path().join(name));
         std::fs::create_dir(&before).unwrap();
         let [first, dropped] = ["a", "b"].map(|name| Target::claim(&before.join(name), false).unwrap());
         std::fs::rename(&before, &after).unwrap();
-        // While it is in use, its path is that of the folder that was moved.
+        // While a target is open, its path stands for the moved folder.
         Target::claim(&before.join("c"), false).unwrap().finish(b"later").unwrap();
         first.finish(b"whole").unwrap();
         drop(dropped);
@@ -307,7 +308,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_that_leads_nowhere_is_refused_at_once() {
+    fn a_link_to_a_missing_file_is_refused_without_force() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         std::os::unix::fs::symlink("nowhere", &path).unwrap();

@@ -1,4 +1,4 @@
-//! What other tools ask of an image's pixels: layers that are made on demand.
+//! Auxiliary layers of an image, made on demand for other tools.
 
 use caustics_kernels::interface::auxiliary::Auxiliary as Pixel;
 use clap::ValueEnum;
@@ -22,7 +22,7 @@ pub enum Aov {
 }
 
 impl Aov {
-    /// Its name on the command line, and in files.
+    /// Returns the layer's name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Aov::Normal => "normal",
@@ -35,11 +35,12 @@ impl Aov {
     }
 }
 
-/// Value of `material` where a pixel shows none.
+/// Value of `material` where a pixel has no collection point.
 pub const NO_MATERIAL: f32 = -1.0;
 
-/// What the pixels of an image show at their collection points: the first vertices of their camera paths that are not specular,
-/// so behind mirrors and glass. Zeros where there is none. Empty where nobody asked, or a layer was left out.
+/// Auxiliary layers of an image's collection points, which are the first non-specular vertices of the camera paths. Mirrors
+/// and glass show the surfaces behind them.
+/// A pixel without a collection point has zeros. A layer that was not requested is empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Auxiliary {
     /// Shading normal, on the viewer's side, of unit length in one frame.
@@ -50,14 +51,14 @@ pub struct Auxiliary {
     pub depth: Vec<f32>,
     /// Position in the file's coordinates (m).
     pub position: Vec<Vec3>,
-    /// Where the image shows it less where the image before did (px); x to the right, y down.
+    /// Position in this image less the position in the image before (px); x to the right, y down.
     pub motion: Vec<Vec2>,
-    /// Index of the material in the scene; `NO_MATERIAL` where there is none.
+    /// Index of the material in the scene; [`NO_MATERIAL`] where there is none.
     pub material: Vec<f32>,
 }
 
 impl Auxiliary {
-    /// From what the kernels say of pixels, in a scene whose coordinates are relative to `origin` (m).
+    /// Converts the kernels' records of pixels. The scene's coordinates are relative to `origin` (m).
     pub fn new(pixels: &[Pixel], origin: DVec3) -> Auxiliary {
         let file_position = |pixel: &Pixel| (pixel.position.as_dvec3() + origin).as_vec3();
         let is_there = |pixel: &Pixel| pixel.depth > 0.0;
@@ -75,7 +76,7 @@ impl Auxiliary {
         }
     }
 
-    /// Appends those of the rows below.
+    /// Appends the layers of the rows below.
     pub fn append(&mut self, below: Auxiliary) {
         let Auxiliary { normal, albedo, depth, position, motion, material } = below;
         self.normal.extend(normal);
@@ -86,7 +87,7 @@ impl Auxiliary {
         self.material.extend(material);
     }
 
-    /// Leaves out all layers but these.
+    /// Drops all layers but these.
     pub fn keep(&mut self, layers: &[Aov]) {
         let Auxiliary { normal, albedo, depth, position, motion, material } = std::mem::take(self);
         let kept = |layer: Aov| layers.contains(&layer);
@@ -102,12 +103,12 @@ impl Auxiliary {
         };
     }
 
-    /// Whether there is no layer.
+    /// Whether all layers are empty.
     pub fn is_empty(&self) -> bool {
         *self == Auxiliary::default()
     }
 
-    /// The channels of its layers by their names in a file.
+    /// Returns the channels of all layers by their names in a file.
     pub fn channels(&self) -> Vec<(String, Vec<f32>)> {
         const XYZ: &[&str] = &["X", "Y", "Z"];
         let layers: [(Aov, &[&str], &[f32]); 6] = [
@@ -134,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn layers_are_named_as_on_the_command_line_and_those_left_out_have_no_channel() {
+    fn layers_have_their_command_line_names_and_dropped_layers_have_no_channel() {
         for layer in Aov::value_variants() {
             assert_eq!(layer.to_possible_value().unwrap().get_name(), layer.name());
         }

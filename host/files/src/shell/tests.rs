@@ -1,4 +1,4 @@
-//! Commands are pasted into the shells that the machine has, through terminals.
+//! Pastes commands into the shells of this machine, through pseudoterminals.
 
 use std::io::{Read, Write};
 use std::os::unix::ffi::OsStrExt;
@@ -12,12 +12,12 @@ use pty_process::blocking::{Command, Pty, open};
 
 use super::*;
 
-/// Longest wait for a shell.
+/// Maximum wait for a shell.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// File that an attack makes.
+/// File that a successful attack creates.
 const OWNED: &str = "OWNED";
 
-/// Names that run `touch OWNED` where quotes do not hold, and some that are hard to quote.
+/// Names that run `touch OWNED` if quoting fails, and some that are hard to quote.
 const NAMES: [&[u8]; 26] = [
     b"a\x03\ntouch OWNED\n#",
     b"a\x1b[201~\x03\ntouch OWNED\n#",
@@ -27,7 +27,7 @@ const NAMES: [&[u8]; 26] = [
     b"\x15touch OWNED\x0a",
     b"\x1ctouch OWNED\x0a\x04",
     b"\x18\x05\x1b#\x0f\x0etouch OWNED\x0d",
-    // Ctrl-J and Ctrl-M with the eighth bit: in the locale C Readline takes them for keys with Alt.
+    // Ctrl-J and Ctrl-M with the eighth bit: in the locale C, Readline reads them as keys with Alt.
     b"\x8a\x8addi touch OWNED\x8a\x8d",
     "\u{85}touch OWNED\u{85}\u{9b}201~\u{2028}touch OWNED\u{2029}".as_bytes(),
     "\u{202e}DENWO hcuot\u{2066}\u{200b}\u{feff}\u{e0041}\u{3164}".as_bytes(),
@@ -52,16 +52,16 @@ const NAMES: [&[u8]; 26] = [
 #[derive(Clone, Copy, Debug)]
 struct Shell {
     words: &'static [&'static str],
-    /// Readline brackets pastes unless the terminal is a dumb one.
+    /// `TERM` of the terminal. Readline brackets pastes unless it is `dumb`.
     terminal: &'static str,
     locale: &'static str,
-    /// Whether the terminal brackets what is pasted, if the shell asks for it.
+    /// Whether the terminal brackets pastes for shells that request it.
     brackets: bool,
     /// Whether the shell reads `$'...'`.
     reads_escapes: bool,
 }
 
-/// A word as it was before: control characters stand in single quotes.
+/// Quotes a word in single quotes, which keep control characters.
 fn in_single_quotes(name: &[u8]) -> Vec<u8> {
     let name = name.iter().flat_map(|byte| match byte {
         b'\'' => b"'\\''".to_vec(),
@@ -71,7 +71,7 @@ fn in_single_quotes(name: &[u8]) -> Vec<u8> {
 }
 
 impl Shell {
-    /// The shells that there are; bash and sh must be.
+    /// Returns the shells of this machine. bash and sh are required.
     fn all() -> Vec<Shell> {
         let path = std::env::var_os("PATH").unwrap_or_default();
         let is_there = |name: &str| std::env::split_paths(&path).any(|folder| folder.join(name).is_file());
@@ -93,7 +93,7 @@ impl Shell {
         shells
     }
 
-    /// A session of it in a folder, at its prompt.
+    /// Starts the shell in a folder and waits for its prompt.
     fn open(self, folder: &Path) -> Session {
         let (terminal, slave) = open().unwrap();
         let path = std::env::var_os("PATH").unwrap_or_default();
@@ -105,7 +105,7 @@ impl Shell {
         let reader = Arc::clone(&terminal);
         std::thread::spawn(move || {
             let mut bytes = [0; 4096];
-            // A terminal without a program fails.
+            // Reading fails once the terminal's program has ended.
             while let Ok(count @ 1..) = (&*reader).read(&mut bytes) {
                 let _ = send.send(bytes[..count].to_vec());
             }
@@ -117,18 +117,18 @@ impl Shell {
     }
 }
 
-/// A shell that runs in a terminal.
+/// Running shell in a terminal.
 struct Session {
     shell: Shell,
     child: Child,
     terminal: Arc<Pty>,
     shown: Receiver<Vec<u8>>,
-    /// Whether the shell has asked for brackets.
+    /// Whether the shell has requested bracketed pastes.
     is_asked: bool,
 }
 
 impl Session {
-    /// Waits until a text is shown; all that is until then.
+    /// Waits for a text in the terminal's output and returns all output until then.
     fn wait_for(&mut self, text: &[u8]) -> Vec<u8> {
         let (mut seen, end) = (Vec::new(), Instant::now() + PATIENCE);
         while !seen.windows(text.len()).any(|window| window == text) {
@@ -154,14 +154,14 @@ impl Drop for Session {
     }
 }
 
-/// What `printf` was given by lines that name files `got.0`, `got.1`, ...
+/// Returns the file `got.ID`, into which a pasted line redirects the output of `printf`.
 fn got(folder: &Path, id: usize) -> Vec<u8> {
     std::fs::read(folder.join(format!("got.{id}"))).unwrap_or_default()
 }
 
 #[test]
 fn a_name_in_single_quotes_runs_code_when_it_is_pasted() {
-    // The shells that were attacked: the tests below would see it.
+    // Attack bash and sh, to show that the tests below would detect an injection.
     for shell in Shell::all().into_iter().filter(|shell| ["bash", "sh"].contains(&shell.words[0])) {
         let folder = tempfile::tempdir().unwrap();
         let mut session = shell.open(folder.path());
@@ -181,12 +181,12 @@ fn a_quoted_name_that_is_pasted_runs_nothing_and_arrives_byte_for_byte() {
         let mut session = shell.open(folder.path());
         for (id, name) in NAMES.into_iter().enumerate() {
             let word = quoted(OsStr::from_bytes(name)).unwrap();
-            // What is shown of the line itself is not the second text.
+            // The terminal's echo of the line contains the first text of `printf`, not the second.
             session.paste(format!("printf %s -- {word} >got.{id}; printf 'do%s' ne.{id}.").as_bytes());
             session.wait_for(format!("done.{id}.").as_bytes());
             let arrived = got(folder.path(), id);
             let is_whole = arrived == [b"--", name].concat();
-            // A shell that lacks `$'...'` finds another name, which nothing has.
+            // A shell without `$'...'` reads another word, which names no file.
             let is_another = !shell.reads_escapes && word.starts_with('$') && arrived.starts_with(b"--$");
             assert!(is_whole || is_another, "{shell:?}: {word}: {:?}", String::from_utf8_lossy(&arrived));
         }
@@ -233,7 +233,7 @@ fn random_words_are_printable_ascii_and_arrive_byte_for_byte() {
 }
 
 #[test]
-fn words_have_the_least_quotes_that_they_need() {
+fn words_get_the_weakest_quotes_that_protect_them() {
     for (word, text) in [
         ("main", "main"),
         ("scenes/a-b_c.glb", "scenes/a-b_c.glb"),

@@ -1,16 +1,16 @@
-//! Separable filters: what the eye blurs, and what it sees as edges and points [Andersson 2020, sections 4.1, 4.2].
+//! Separable filters of FLIP: the eye's blur, and the detection of edges and points [Andersson 2020, sections 4.1, 4.2].
 
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-/// Weights around a pixel; their number is odd, and the middle one is the pixel's own.
+/// Weights around a pixel. Their number is odd; the middle one belongs to the pixel itself.
 pub type Weights = Vec<f64>;
 
-/// Contrast sensitivity of the eye as filters: achromatic, red-green, and two whose sum is blue-yellow.
+/// Returns the eye's contrast sensitivity as filters: achromatic, red-green, and two whose sum is blue-yellow.
 pub fn contrast_sensitivity(pixels_per_degree: f64) -> [Weights; 4] {
-    // Fits a sqrt(pi / b) exp(-pi^2 x^2 / b) over degrees of visual angle x; in two dimensions blue-yellow is the sum of
-    // two such, and each of its separable factors has the square root of its height.
+    // Fits a sqrt(pi / b) exp(-pi^2 x^2 / b) over degrees of visual angle x. In two dimensions blue-yellow is the sum of
+    // two such terms. Each separable factor of a term has the square root of the term's height.
     const ACHROMATIC: f64 = 0.0047;
     const RED_GREEN: f64 = 0.0053;
     const BLUE_YELLOW: [(f64, f64); 2] = [(34.1, 0.04), (13.5, 0.025)];
@@ -30,8 +30,8 @@ pub fn contrast_sensitivity(pixels_per_degree: f64) -> [Weights; 4] {
     [normalised(gauss(1.0, ACHROMATIC)), normalised(gauss(1.0, RED_GREEN)), first, second]
 }
 
-/// A Gaussian and its first and second derivative, as wide as features that the eye detects. The Gaussian sums to 1;
-/// positive and negative weights of a derivative sum to 1 and -1.
+/// Returns a Gaussian and its first and second derivative, as wide as features that the eye detects. The weights of the
+/// Gaussian sum to 1, the positive and negative weights of a derivative to 1 and -1.
 pub fn features(pixels_per_degree: f64) -> [Weights; 3] {
     const WIDTH_DEGREES: f64 = 0.082;
     let deviation = 0.5 * WIDTH_DEGREES * pixels_per_degree;
@@ -50,7 +50,7 @@ pub fn features(pixels_per_degree: f64) -> [Weights; 3] {
     [sample_weights(&gauss), sample_weights(&|x| -x * gauss(x)), sample_weights(&curvature)]
 }
 
-/// Filters each row of a plane; outside the image its border is repeated.
+/// Filters each row of a plane. Beyond the image its border is repeated.
 pub fn along_rows(plane: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     let radius = weights.len() / 2;
     let mut out = vec![0.0; plane.len()];
@@ -63,7 +63,7 @@ pub fn along_rows(plane: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Filters each column of a plane by a kernel, as `along_rows` filters each row.
+/// Filters each column of a plane, as [`along_rows`] filters each row.
 pub fn along_columns(plane: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     let (radius, last) = (weights.len() / 2, plane.len() / width - 1);
     let mut out = vec![0.0; plane.len()];
@@ -93,7 +93,7 @@ fn sum<'a>(out: &mut [f64], weights: &[f64], values: impl Fn(usize) -> &'a [f64]
 mod tests {
     use super::*;
 
-    /// Direct filtering in two dimensions with a kernel that is a product.
+    /// Filters directly in two dimensions by a kernel that is a product.
     fn direct(plane: &[f64], width: usize, across: &[f64], down: &[f64]) -> Vec<f64> {
         let height = plane.len() / width;
         let clamp = |at: usize, offset: usize, taps: usize, end: usize| {
@@ -114,19 +114,19 @@ mod tests {
     }
 
     #[test]
-    fn two_passes_filter_like_one_in_two_dimensions() {
+    fn separable_passes_equal_a_two_dimensional_filter() {
         for (width, height) in [(1, 1), (1, 9), (5, 1), (13, 7)] {
             let plane: Vec<f64> = (0..width * height).map(|i| ((i * 37) % 11) as f64).collect();
             let (across, down) = ([0.1, -0.3, 0.5, 0.2, 0.9], [1.0, -2.0, 0.25]);
             let two = along_columns(&along_rows(&plane, width, &across), width, &down);
             let one = direct(&plane, width, &across, &down);
-            // Sums of 15 products of at most 20.
+            // The error bound is for sums of 15 products of at most 20.
             assert!(two.iter().zip(&one).all(|(two, one)| (two - one).abs() < 1e-12), "{width}x{height}");
         }
     }
 
     #[test]
-    fn filters_keep_what_is_constant_and_see_only_what_changes() {
+    fn blurs_keep_constant_planes_and_feature_filters_cancel_them() {
         for pixels_per_degree in [10.0, 67.0, 120.0] {
             let [achromatic, red_green, first, second] = contrast_sensitivity(pixels_per_degree);
             let sum = |weights: &Weights| weights.iter().sum::<f64>();

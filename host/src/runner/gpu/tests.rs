@@ -1,4 +1,4 @@
-//! The runner on whatever Vulkan device there is, with the validation layer where it is installed.
+//! Tests of the GPU runner on any available Vulkan device, with the validation layer if it is installed.
 
 use caustics_kernels::declare::{Pass, Work};
 use caustics_kernels::interface::frame::{Dispatch, FrameParams};
@@ -12,12 +12,12 @@ use crate::vulkan::{devices, test_module};
 const COUNT: usize = 1000;
 const FEATURES: Features = Features(100);
 
-/// What a structure over so many triangles is built of.
+/// Returns the input of a structure over this number of triangles.
 fn world(triangles: u32) -> Instanced {
     Instanced::for_world(triangles as usize)
 }
 
-/// A runner over `values`, `doubled` and `index_0`; none if the test is to be skipped.
+/// Opens a runner over `values`, `doubled` and `index_0`. `None` if the test is to be skipped.
 fn runner(hardware: bool, tables: &[(&'static str, &[u8])], triangles: u32) -> Option<GpuRunner> {
     open(hardware, COUNT, tables, triangles)
 }
@@ -90,7 +90,7 @@ fn steps_run_in_order_over_buffers_bound_by_name() {
     assert_eq!(read(&mut runner, "values"), vec![0; COUNT]);
 }
 
-/// The kernels of `test_module` in which `fill` and `twice` have exchanged their names.
+/// Returns the kernels of `test_module` with the names `fill` and `twice` exchanged.
 fn exchanged() -> Vec<u32> {
     let mut module = rspirv::dr::load_words(test_module::base()).unwrap();
     for operand in module.entry_points.iter_mut().flat_map(|entry| &mut entry.operands) {
@@ -102,10 +102,10 @@ fn exchanged() -> Vec<u32> {
 }
 
 #[test]
-fn kernels_are_exchanged_and_those_that_nobody_runs_are_given_back() {
+fn kernels_are_exchanged_and_unused_ones_are_released() {
     let Some(mut old) = runner(false, &[], 0) else { return };
     let buffers = ["values", "doubled"].map(|name| BufferSpec { name, bytes: 4 * COUNT });
-    // Two devices that no other test opens.
+    // Open two devices that no other test opens.
     let plain = DeviceOptions { device: Some("0".into()), ..DeviceOptions::default() };
     let [first, second] = [
         DeviceOptions { base: test_module::base(), ..plain.clone() },
@@ -114,7 +114,7 @@ fn kernels_are_exchanged_and_those_that_nobody_runs_are_given_back() {
     let open = |options| GpuRunner::new(options, FEATURES, &buffers, &[], &world(0)).unwrap();
     let known = |options| Arc::downgrade(&Kernels::open(options).unwrap());
 
-    // Both run side by side.
+    // Run both side by side.
     let mut new = open(&second);
     run(&mut old, &[dispatch("fill", COUNT)]).unwrap();
     run(&mut new, &[dispatch("twice", COUNT), dispatch("fill", COUNT)]).unwrap();
@@ -126,9 +126,9 @@ fn kernels_are_exchanged_and_those_that_nobody_runs_are_given_back() {
     let unused = known(&first);
     assert!(in_use.upgrade().is_some());
     drop(new);
-    assert!(unused.upgrade().is_some(), "the last kernels stay for the next runner");
+    assert!(unused.upgrade().is_some(), "the last kernels are kept for the next runner");
     known(&second);
-    assert!(unused.upgrade().is_none(), "others do not");
+    assert!(unused.upgrade().is_none(), "older kernels are released");
     assert!(in_use.upgrade().is_some());
 }
 
@@ -144,7 +144,7 @@ fn indices_go_on_after_a_row_of_workgroups() {
 }
 
 #[test]
-fn what_is_written_is_read() {
+fn written_bytes_are_read_back() {
     let table: Vec<u32> = (0..100).collect();
     let Some(mut runner) = runner(false, &[("table", bytemuck::cast_slice(&table))], 0) else { return };
     assert_eq!(read(&mut runner, "table"), table);
@@ -175,7 +175,7 @@ fn errors_name_the_buffer_and_the_pass() {
 
 #[test]
 fn ray_queries_find_triangles_and_boxes() {
-    // A triangle before every third ray, a box around every second.
+    // Put a triangle before every third ray, a box around every second.
     let corner = |x: usize| [[x as f32, 0.0, 0.0], [x as f32 + 1.5, 0.0, 0.0], [x as f32, 2.0, 0.0]];
     let triangles: Vec<_> = (0..COUNT).step_by(3).map(corner).collect();
     let boxes: Vec<_> =
@@ -183,7 +183,7 @@ fn ray_queries_find_triangles_and_boxes() {
     let table: &[u8] = bytemuck::cast_slice(&triangles);
     let Some(mut runner) = runner(true, &[("triangles", table)], triangles.len() as u32) else { return };
 
-    // The module with ray queries wins: its `fill` writes 7.
+    // With ray queries the second module is used: its `fill` writes 7.
     run(&mut runner, &[dispatch("fill", COUNT)]).unwrap();
     assert_eq!(read(&mut runner, "values"), vec![7; COUNT]);
 
@@ -191,7 +191,7 @@ fn ray_queries_find_triangles_and_boxes() {
     let expected: Vec<_> = (0..COUNT).map(|i| u32::from(i % 3 == 0)).collect();
     assert_eq!(read(&mut runner, "values"), expected);
 
-    // Builds reuse the storage.
+    // Rebuild in the same storage.
     let empty = vec![0; COUNT];
     runner.write("index_0", bytemuck::cast_slice(&boxes)).unwrap();
     run(&mut runner, &[build(0), dispatch("trace.points", COUNT)]).unwrap();
@@ -204,7 +204,7 @@ fn ray_queries_find_triangles_and_boxes() {
     let error = run(&mut runner, &[build(COUNT + 1)]).unwrap_err();
     assert!(error.to_string().contains("1001 primitives, but at most 1000"));
 
-    // Nothing was leaked either.
+    // The validation layer also reports leaks.
     let messages = runner.context.messages().clone();
     drop(runner);
     messages.check().unwrap();

@@ -13,17 +13,17 @@ use crate::statistics::Mean;
 /// Side of a block (px).
 const SIDE: usize = 8;
 
-/// Mean radiance of each block of 8 x 8 pixels in each frame; what is left over at the edges is left out.
+/// Mean radiance of each block of 8 x 8 pixels in each frame; pixels left over at the edges are ignored.
 #[derive(Clone, Debug, Default)]
 pub struct Blocks {
-    /// All light: one row a frame, one column a block.
+    /// All light: one row per frame, one column per block.
     pub frames: Vec<Vec<f64>>,
     /// Share of the caustic layer in all light.
     pub caustic_share: f64,
 }
 
 impl Blocks {
-    /// Renders `frames` frames through the first camera, of independent seeds.
+    /// Renders `frames` frames of independent seeds through the first camera.
     pub fn render(
         choice: &RunnerChoice,
         scene: &Scene,
@@ -56,7 +56,7 @@ impl Blocks {
         Blocks { frames: rows, caustic_share: caustic / all }
     }
 
-    /// The same with the means of batches, which frames took in turns, in place of frames.
+    /// Returns means of `batches` batches in place of frames; consecutive frames belong to the batches in turn.
     pub fn batch_means(&self, batches: usize) -> Blocks {
         let mean = |batch: usize| {
             let rows: Vec<&Vec<f64>> = self.frames.iter().skip(batch).step_by(batches).collect();
@@ -77,7 +77,7 @@ impl Blocks {
         Mean::from_samples(&self.frames.iter().map(mean).collect::<Vec<_>>())
     }
 
-    /// Block by block: this minus `reference` over the standard error of the difference.
+    /// Compares block by block: this minus `reference`, over the standard error of the difference.
     pub fn scores(&self, reference: &Blocks) -> Scores {
         let z = |a: Mean, b: Mean| {
             let error = a.error.hypot(b.error);
@@ -100,22 +100,23 @@ impl Blocks {
 /// Outcome of a comparison of blocks.
 #[derive(Clone, Copy, Debug)]
 pub struct Scores {
-    /// z of the whole image.
+    /// z-score of the whole image.
     pub whole: f64,
-    /// Mean of this image over that of the reference.
+    /// Mean of this image over the mean of the reference.
     pub ratio: f64,
     /// Standard error of the ratio.
     pub ratio_error: f64,
-    /// Mean square z of the blocks: 1 where the means are the same.
+    /// Mean square z-score of the blocks: 1 where the means are equal.
     pub mean_square: f64,
     /// Largest |z| of the blocks.
     pub worst: f64,
-    /// Blocks.
+    /// Number of blocks.
     pub count: usize,
 }
 
 impl Scores {
-    /// What speaks against equal means, at a probability of false alarm of about 1 in 300 for each criterion.
+    /// Describes evidence against equal means. Each criterion raises a false alarm with a probability of about 1 in
+    /// 300.
     pub fn fault(&self) -> Option<String> {
         // The mean square of n normal numbers is 1 +- sqrt(2 / n).
         let spread = 3.0 * (2.0 / self.count as f64).sqrt();
@@ -157,14 +158,14 @@ mod tests {
     }
 
     #[test]
-    fn equal_means_pass_and_two_percent_do_not() {
+    fn equal_means_pass_and_means_2_percent_apart_fail() {
         let reference = noise(1, 1.0, 0, 1.0);
         assert_eq!(noise(2, 1.0, 0, 1.0).scores(&reference).fault(), None);
         assert!(noise(2, 1.02, 0, 1.0).scores(&reference).fault().is_some());
     }
 
     #[test]
-    fn one_block_that_is_five_percent_dark_is_found() {
+    fn detects_one_block_that_is_5_percent_darker() {
         let reference = noise(1, 1.0, 0, 1.0);
         let scores = noise(2, 1.0, 17, 0.95).scores(&reference);
         assert!(scores.fault().is_some() && scores.whole.abs() < 3.0, "{scores:?}");

@@ -1,29 +1,29 @@
-//! Pearson's chi-square: whether counts in cells follow their expectations, and cells of the sphere to count in.
+//! Pearson's chi-square test of counts in cells against their expectations, and cells of the sphere to count in.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::Vec3;
 
-/// Cells that expect fewer are pooled: below about 20 the statistic of a cell is not normal.
+/// Smallest expected count of a cell; smaller ones are pooled. Below about 20 the statistic of a cell is not normal.
 const FEWEST: f64 = 20.0;
 /// Standard normal quantile of the level 1e-5: one false alarm in a thousand runs of a hundred fits.
 const QUANTILE: f64 = 4.26;
 
-/// How well counts fit.
+/// Goodness of fit of counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// Sum of (seen - expected)^2 / expected.
     pub chi_square: f64,
-    /// Cells, pooled ones as one.
+    /// Number of cells; pooled cells count as one.
     pub cells: f64,
     /// Largest chi-square at a level of 1e-5 [Wilson and Hilferty 1931].
     pub bound: f64,
-    /// Counts where (almost) none were expected, beyond what a Poisson law of that mean gives once in 1e7.
+    /// Whether counts where (almost) none are expected exceed a Poisson law of that mean at a level of 1e-7.
     pub misplaced: bool,
 }
 
 impl Fit {
-    /// Counts against expectations, cell by cell.
+    /// Compares counts with expectations, cell by cell.
     pub fn new(seen: &[u32], expected: &[f64]) -> Fit {
         assert_eq!(seen.len(), expected.len());
         let (mut chi_square, mut cells, mut few, mut few_expected) = (0.0, 0.0, 0.0, 0.0);
@@ -48,13 +48,13 @@ impl Fit {
         Fit { chi_square, cells, bound, misplaced }
     }
 
-    /// Whether the counts follow.
+    /// Whether the counts fit.
     pub fn passes(&self) -> bool {
         self.chi_square < self.bound && !self.misplaced
     }
 }
 
-/// Cells of the sphere, even in cosine and azimuth: equal solid angles.
+/// Cells of the sphere of equal solid angles: even in cosine and azimuth.
 #[derive(Clone, Copy, Debug)]
 pub struct SphereCells {
     /// Rows from z = 1 to z = -1.
@@ -64,7 +64,7 @@ pub struct SphereCells {
 }
 
 impl SphereCells {
-    /// How many.
+    /// Number of cells.
     pub fn count(&self) -> usize {
         self.rows * self.columns
     }
@@ -77,7 +77,7 @@ impl SphereCells {
         row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
     }
 
-    /// Integral of a density (1/sr) over every cell, by `sub` (rows, columns) midpoints each.
+    /// Integrates a density (1/sr) over every cell, by `sub` (rows, columns) midpoints each.
     pub fn integrate(&self, sub: [usize; 2], density: impl Fn(Vec3) -> f64) -> Vec<f64> {
         let (rows, columns) = (self.rows * sub[0], self.columns * sub[1]);
         let solid_angle = 4.0 * PI / (rows * columns) as f64;
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn detects_counts_where_none_may_be() {
+    fn detects_counts_where_the_density_is_zero() {
         let upper = |d: Vec3| if d.z > 0.0 { 100_000.0 / (2.0 * PI) } else { 0.0 };
         let mut seen = seen();
         seen[CELLS.count() / 2..].fill(0);

@@ -15,13 +15,13 @@ use glam::Vec3;
 /// Light and collection point of a camera path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Collected {
-    /// All its light.
+    /// All light of the path.
     pub light: CameraPathLight,
-    /// Its point.
+    /// Its collection point.
     pub point: CollectionPoint,
 }
 
-/// Traces the path of one pixel, as `collect` does.
+/// Traces the path of a pixel, as `collect` does.
 pub fn camera_path<T: Tracer, C: Atomics>(
     pixel: u32,
     params: &FrameParams,
@@ -49,7 +49,7 @@ pub fn collected<T: Tracer, C: Atomics>(
     Collected { light, point }
 }
 
-/// Keeps the collection point, and nothing else.
+/// Path observer that keeps the collection point alone.
 struct PointObserver;
 
 impl PathObserver for PointObserver {

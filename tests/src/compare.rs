@@ -1,23 +1,23 @@
-//! Compares what two runners computed: slices of floats, of words, or records of them by field.
+//! Comparison of the results of two runners: slices of floats, of words, or records field by field.
 
 use crate::fields::{Field, Fields, Kind};
 use caustics_kernels::interface::packed::from_signed_shares;
 
-/// How far two computations of one thing may lie apart.
+/// Largest difference that two computations of one quantity may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Absolute difference that is allowed (unit of the field).
     pub absolute: f32,
-    /// Difference relative to the larger magnitude (of the whole vector, for vectors) that is allowed as well.
+    /// Relative difference that is allowed as well, over the larger magnitude (of the whole vector, for vectors).
     pub relative: f32,
     /// Share of the elements that may exceed both.
     pub share: f64,
-    /// Why.
+    /// Reason of the tolerance.
     pub reason: &'static str,
 }
 
 impl Tolerance {
-    /// The same bits everywhere.
+    /// Equal bits everywhere.
     pub const EXACT: Tolerance = Tolerance {
         absolute: 0.0,
         relative: 0.0,
@@ -25,45 +25,45 @@ impl Tolerance {
         reason: "integers and copies have no rounding",
     };
 
-    /// This much relative difference, and as much absolute for values up to `scale`.
+    /// Allows this relative difference, and as much absolute difference for values up to `scale`.
     pub const fn relative(relative: f32, scale: f32, reason: &'static str) -> Tolerance {
         Tolerance { absolute: relative * scale, relative, share: 0.0, reason }
     }
 
-    /// The same with a share of elements that may exceed it.
+    /// Allows a share of the elements to exceed the tolerance.
     pub const fn except(self, share: f64, reason: &'static str) -> Tolerance {
         Tolerance { share, reason, ..self }
     }
 
-    /// The elements out of `count` that may exceed it.
+    /// Number of elements out of `count` that may exceed the tolerance.
     pub fn allowed(&self, count: usize) -> usize {
         (count as f64 * self.share).floor() as usize
     }
 }
 
-/// How two slices differ in one field.
+/// Difference of two slices in one field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
     /// Name of the field.
     pub name: String,
-    /// Elements of the longer slice.
+    /// Number of elements of the longer slice.
     pub count: usize,
-    /// Largest absolute difference of a component; infinite if a NaN stands against anything.
+    /// Largest absolute difference of a component; infinite if either value is NaN.
     pub max_abs: f32,
     /// Largest difference relative to the larger magnitude.
     pub max_rel: f32,
-    /// Elements that exceed the tolerance; those that only one slice has count.
+    /// Number of elements that exceed the tolerance; elements that only one slice has count too.
     pub exceeding: usize,
-    /// The first of them.
+    /// Index of the first of them.
     pub first: Option<usize>,
-    /// All of them, for explanations.
+    /// Indices of all of them, for explanations.
     pub indices: Vec<usize>,
-    /// What was allowed.
+    /// The tolerance.
     pub tolerance: Tolerance,
 }
 
 impl Difference {
-    /// Whether no more elements exceed the tolerance than may.
+    /// Whether no more elements exceed the tolerance than it allows.
     pub fn passes(&self) -> bool {
         self.exceeding <= self.tolerance.allowed(self.count)
     }
@@ -93,7 +93,7 @@ impl Difference {
     }
 }
 
-/// Compares vectors of `components` floats, one an element.
+/// Compares vectors of `components` floats each.
 pub fn floats(
     name: &str,
     components: usize,
@@ -124,11 +124,11 @@ fn float_element(left: &[f32], right: &[f32], tolerance: &Tolerance) -> (f32, f3
     let largest = left.iter().chain(right).fold(0.0f32, |largest, value| largest.max(value.abs()));
     let relative = if absolute == 0.0 { 0.0 } else { absolute / largest };
     let allowed = tolerance.absolute + tolerance.relative * largest;
-    // An infinite magnitude makes `allowed` infinite, and so must not excuse the difference.
+    // Reject infinite differences explicitly: an infinite magnitude makes `allowed` infinite.
     (absolute, relative, absolute > allowed || absolute.is_infinite())
 }
 
-/// Compares groups of `components` words, one an element: any bit that differs exceeds.
+/// Compares groups of `components` words each: an element with any differing bit exceeds.
 pub fn words(name: &str, components: usize, left: &[u32], right: &[u32], tolerance: Tolerance) -> Difference {
     let count = left.len().max(right.len()) / components;
     let mut difference = Difference::new(name, count, tolerance);
@@ -145,7 +145,7 @@ pub fn words(name: &str, components: usize, left: &[u32], right: &[u32], toleran
     difference
 }
 
-/// Compares records field by field; `tolerance` says what a float field may do. Words must agree.
+/// Compares records field by field; `tolerance` returns the tolerance of a float field. Words must agree.
 pub fn records<T: Fields>(
     left: &[T],
     right: &[T],
@@ -171,7 +171,7 @@ pub fn records<T: Fields>(
     T::FIELDS.iter().map(compare).collect()
 }
 
-/// The words of one field of all records.
+/// Words of one field of all records.
 fn column<T: Fields>(records: &[T], field: &Field) -> Vec<u32> {
     let range = field.first..field.first + field.words;
     let words = records

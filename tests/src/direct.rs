@@ -1,5 +1,5 @@
 //! Kernel functions called one by one on this thread, without a runner: light paths from any emitter, camera paths,
-//! gathers of any neighbours. And frames through a [`Session`] on the CPU.
+//! gathers of any neighbours. Also frames through a [`Session`] on the CPU.
 
 use std::sync::atomic::AtomicBool;
 
@@ -33,7 +33,7 @@ use caustics_kernels::platform::{Atomics, Slots};
 use caustics_kernels::trace::bvh::BvhTracer;
 use glam::Vec3;
 
-/// Mean of independent values and the standard error of that mean.
+/// Returns the mean of independent values and its standard error.
 pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -50,9 +50,9 @@ pub struct Beam {
     pub direction: Vec3,
     /// Half axes of the cross-section (m), orthogonal to each other and to the direction.
     pub axes: [Vec3; 2],
-    /// Ellipse instead of parallelogram.
+    /// Whether the cross-section is an ellipse instead of a parallelogram.
     pub round: bool,
-    /// Irradiance on a plane across (W m^-2).
+    /// Irradiance on a plane across the beam (W m^-2).
     pub irradiance: f32,
 }
 
@@ -85,7 +85,7 @@ impl Emit for Beam {
     }
 }
 
-/// Counts in plain memory.
+/// Counters in plain memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Tally(pub [u32; COUNTER_COUNT]);
 
@@ -106,30 +106,30 @@ impl Atomics for Tally {
 /// Photons in memory.
 #[derive(Clone, Debug, Default)]
 pub struct Photons {
-    /// Where they lie.
+    /// Geometry of each photon.
     pub geometry: Vec<PhotonGeometry>,
-    /// Their light.
+    /// Light of each photon.
     pub light: Vec<PhotonLight>,
 }
 
 impl Photons {
-    /// Adds one.
+    /// Adds a photon.
     pub fn push(&mut self, geometry: PhotonGeometry, light: PhotonLight) {
         self.geometry.push(geometry);
         self.light.push(light);
     }
 
-    /// How many.
+    /// Number of photons.
     pub fn len(&self) -> u32 {
         self.geometry.len() as u32
     }
 
-    /// Whether there are none.
+    /// Whether there are no photons.
     pub fn is_empty(&self) -> bool {
         self.geometry.is_empty()
     }
 
-    /// Each photon and the flux (W) that it brought, in the red channel.
+    /// Each photon and its flux (W) in the red channel.
     pub fn flux(&self) -> impl Iterator<Item = (&PhotonGeometry, f64)> {
         self.geometry.iter().zip(&self.light).map(|(geometry, light)| {
             (geometry, f64::from(light.flux.x) * f64::from(light.to_light.dot(geometry.normal)))
@@ -145,18 +145,18 @@ impl PhotonSink for Photons {
     }
 }
 
-/// A scene with the settings of a frame.
+/// A scene with the parameters of a frame.
 pub struct World<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// What it needs.
+    /// Features that the scene needs.
     pub features: Features,
     /// Push constants.
     pub params: FrameParams,
 }
 
 impl<'a> World<'a> {
-    /// Through the scene's first camera. Light paths are shot whatever the scene's lights are.
+    /// Views the scene through its first camera. Light paths are traced even in a scene without lights.
     pub fn new(scene: &'a Scene, config: &RenderConfig) -> Self {
         let features = scene.features(config.specular_roughness) | Features::HISTORY | Features::PARTS;
         let mut params = config.params(scene, &scene.cameras[0], 0);
@@ -179,7 +179,7 @@ impl<'a> World<'a> {
         ByPower::new(self.tables(), &self.params, self.features)
     }
 
-    /// All light paths of the frame, on two threads.
+    /// Traces all light paths of the frame, on two threads.
     pub fn shoot<E: Emit + Sync>(&self, emit: &E) -> Photons {
         let count = self.params.light_path_count;
         let part = |indices: std::ops::Range<u32>| {
@@ -209,7 +209,7 @@ impl<'a> World<'a> {
         })
     }
 
-    /// All camera paths of the frame.
+    /// Traces all camera paths of the frame.
     pub fn collect(&self) -> Vec<Collected> {
         let (mut tracer, mut tally) = (self.tracer(), Tally::default());
         (0..self.params.pixel_count())
@@ -220,8 +220,8 @@ impl<'a> World<'a> {
     }
 }
 
-/// Accumulator words of all points by a variant, built and searched on this thread; `points` and `shadings` are as long as
-/// there are pixels.
+/// Returns the accumulator words of all points by a variant, built and searched on this thread. `points` and `shadings`
+/// have one entry per pixel.
 pub fn gather(
     variant: &'static Variant,
     points: &[PointGeometry],
@@ -231,7 +231,7 @@ pub fn gather(
     features: Features,
     params: &FrameParams,
 ) -> Vec<u32> {
-    // One row of pixels, and room for these photons alone.
+    // One row of pixels, with room for these photons alone.
     let params = FrameParams {
         width: points.len() as u32,
         height: 1,
@@ -280,7 +280,7 @@ pub fn gather(
     memory.read::<u32>("accumulator").expect("sums").to_vec()
 }
 
-/// Radiance of every point from its words.
+/// Resolves the radiance of every point from its accumulator words.
 pub fn resolved(
     points: &[PointGeometry],
     shadings: &[PointShading],

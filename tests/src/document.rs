@@ -1,4 +1,4 @@
-//! glTF documents of tests, where a scene must come from a file: blocks of a few materials on nodes that may move.
+//! glTF documents for tests that need a scene from a file: blocks of a few materials on nodes that may move.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use caustics::scene::{LoadOptions, Scene};
 use glam::DVec3;
 use serde_json::{Value, json};
 
-/// A document in the making; camera, lights and whatever else it needs are written into `json`.
+/// A document under construction. The caller writes camera, lights and other content into `json`.
 #[derive(Clone, Debug)]
 pub struct Document {
     /// The document without its buffer.
@@ -35,7 +35,7 @@ pub fn glass(ior: f64) -> Value {
     })
 }
 
-/// Plain Lambert of this albedo.
+/// Lambertian of this albedo.
 pub fn lambert(albedo: f64) -> Value {
     json!({
         "extensions": { "KHR_materials_specular": { "specularFactor": 0.0 } },
@@ -45,7 +45,7 @@ pub fn lambert(albedo: f64) -> Value {
     })
 }
 
-/// Black, with this radiance (W m^-2 sr^-1) from its front.
+/// Black emitter of this radiance (W m^-2 sr^-1) on its front side.
 pub fn emitter(radiance: f64) -> Value {
     let mut material = lambert(0.0);
     material["emissiveFactor"] = json!([1.0, 1.0, 1.0]);
@@ -60,12 +60,12 @@ impl Document {
         list.len() - 1
     }
 
-    /// Adds a material; its index.
+    /// Adds a material and returns its index.
     pub fn material(&mut self, material: Value) -> usize {
         self.push("materials", material)
     }
 
-    /// Adds an accessor of floats; its index.
+    /// Adds an accessor of floats and returns its index.
     fn floats(&mut self, kind: &str, components: usize, values: &[f64]) -> usize {
         let start = self.binary.len();
         self.binary.extend(values.iter().flat_map(|value| (*value as f32).to_le_bytes()));
@@ -87,7 +87,7 @@ impl Document {
         )
     }
 
-    /// The primitive of an axis-aligned block of a material; `inwards` turns its fronts to the inside.
+    /// Returns the primitive of an axis-aligned block of a material; `inwards` turns its fronts to the inside.
     pub fn block(&mut self, material: usize, min: DVec3, max: DVec3, inwards: bool) -> Value {
         let (centre, half) = (0.5 * (min + max), 0.5 * (max - min));
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
@@ -107,26 +107,26 @@ impl Document {
         json!({ "attributes": { "POSITION": positions, "NORMAL": normals }, "material": material })
     }
 
-    /// Adds a mesh; its index.
+    /// Adds a mesh and returns its index.
     pub fn mesh(&mut self, primitives: &[Value]) -> usize {
         self.push("meshes", json!({ "primitives": primitives }))
     }
 
-    /// Adds a node to the scene; its index.
+    /// Adds a node to the scene and returns its index.
     pub fn node(&mut self, node: Value) -> usize {
         let node = self.push("nodes", node);
         self.json["scenes"][0]["nodes"].as_array_mut().expect("roots").push(json!(node));
         node
     }
 
-    /// Adds a camera that looks along -z; its vertical field of view in radians.
+    /// Adds a camera that looks along -z, with this vertical field of view (rad).
     pub fn camera(&mut self, eye: DVec3, fov_y: f64) {
         let perspective = json!({ "aspectRatio": 1.0, "yfov": fov_y, "znear": 0.01 });
         self.json["cameras"] = json!([{ "type": "perspective", "perspective": perspective }]);
         self.node(json!({ "camera": 0, "translation": eye.to_array() }));
     }
 
-    /// Moves a node: translations at times (s).
+    /// Animates a node by translations at times (s).
     pub fn animate(&mut self, node: usize, times: &[f64], translations: &[DVec3]) {
         let translations: Vec<f64> = translations.iter().flat_map(DVec3::to_array).collect();
         let (input, output) = (self.floats("SCALAR", 1, times), self.floats("VEC3", 3, &translations));
@@ -136,7 +136,7 @@ impl Document {
         }]);
     }
 
-    /// Writes the document and its buffer into a folder; the document's path.
+    /// Writes the document and its buffer into a folder, and returns the document's path.
     pub fn write(&self, folder: &Path) -> PathBuf {
         let mut json = self.json.clone();
         json["buffers"] = json!([{ "byteLength": self.binary.len(), "uri": "scene.bin" }]);
@@ -152,7 +152,7 @@ impl Document {
         path
     }
 
-    /// The scene, with meshes that several nodes have copied up to `copies` triangles.
+    /// Loads the scene; meshes of several nodes are copied up to `copies` triangles.
     pub fn load(&self, copies: u64) -> Scene {
         let folder = tempfile::tempdir().expect("a folder");
         let options = LoadOptions { copies, ..LoadOptions::default() };

@@ -12,7 +12,7 @@ use caustics_kernels::path::photon_sink::PhotonSink;
 use crate::direct::{Tally, World};
 use crate::statistics::Mean;
 
-/// Discards photons.
+/// Receiver that discards photons.
 struct NoReceiver;
 
 impl PhotonSink for NoReceiver {
@@ -45,7 +45,7 @@ pub fn ledgers<E: Emit + Sync>(world: &World<'_>, emit: &E, frames: Range<u32>) 
     })
 }
 
-/// Mean over frames of a share of what was emitted.
+/// Mean over the frames of a part of the ledger, as a share of the emitted flux.
 pub fn share(ledgers: &[EnergyLedger], part: impl Fn(&EnergyLedger) -> f64) -> Mean {
     Mean::from_samples(&ledgers.iter().map(|energy| part(energy) / energy.emitted).collect::<Vec<_>>())
 }

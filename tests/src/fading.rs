@@ -1,4 +1,4 @@
-//! Small scenes whose light fades, grows or shrinks, and how much of their light a history shows.
+//! Small scenes whose light fades, grows or shrinks, and the share of their light that a history shows.
 
 use caustics::render_config::RenderConfig;
 use caustics::scene::{CameraEdit, Edits, Keyframe, LoadOptions, NodeEdit, Scene, SceneCamera};
@@ -11,15 +11,15 @@ use crate::frames::sums;
 use crate::scenes::{copied, make_glass};
 use crate::statistics::Mean;
 
-/// Frames a second.
+/// Frames per second.
 const FPS: f64 = 24.0;
-/// Frames of a fade.
+/// Number of frames of a fade.
 const FRAMES: u32 = 18;
 /// Node of the light in `moving-caster`, and of the light that goes out in `light-off`.
 const LIGHT_NODE: usize = 2;
 const SECOND_LIGHT_NODE: usize = 3;
 
-/// What throws the caustic.
+/// Object that casts the caustic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Caster {
     /// A ring of metal.
@@ -31,22 +31,22 @@ pub enum Caster {
 /// A light whose power changes from frame to frame.
 #[derive(Clone, Debug)]
 pub enum Fade {
-    /// The light's edges grow from one factor to another: its area by their square.
+    /// Growth of the light's edges from one factor to another; its area grows by their square.
     Light(f64, f64),
-    /// One of two lights does.
+    /// Growth of one of two lights.
     OneOfTwo(f64, f64),
-    /// The light moves away, to so many times its distance.
+    /// Motion of the light away to this multiple of its distance.
     Away(f64),
-    /// The intensity of a punctual light is multiplied by this in each frame.
+    /// Factor on the intensity of a punctual light in each frame.
     Power(Punctual, f64),
 }
 
-/// A light without extent.
+/// A punctual light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Punctual {
     /// A point light.
     Point,
-    /// One of two point lights, equal at first.
+    /// One of two point lights that are equal at first.
     OneOfTwoPoints,
     /// A spot light.
     Spot,
@@ -55,7 +55,7 @@ pub enum Punctual {
 }
 
 impl Punctual {
-    /// The lights of a scene: the first fades.
+    /// Lights of a scene; the first fades.
     fn lights(self) -> Vec<Value> {
         let point = json!({ "type": "point", "intensity": 60.0 });
         match self {
@@ -73,9 +73,9 @@ impl Punctual {
 /// A scene with a fade.
 #[derive(Clone, Debug)]
 pub struct Fading {
-    /// What throws the caustic.
+    /// Object that casts the caustic.
     pub caster: Caster,
-    /// What fades.
+    /// The fade.
     pub fade: Fade,
     /// Whether the camera moves too.
     pub moves: bool,
@@ -112,7 +112,7 @@ impl Fading {
             Fade::Light(from, to) => [scaled(LIGHT_NODE, from), scaled(LIGHT_NODE, to)],
             Fade::OneOfTwo(from, to) => [scaled(SECOND_LIGHT_NODE, from), scaled(SECOND_LIGHT_NODE, to)],
             Fade::Away(factor) => [placed(1.0), placed(factor)],
-            // A key that changes nothing: lights can be written anew only where something is animated.
+            // A key without effect: the host updates lights only where something is animated.
             Fade::Power(..) => [placed(1.0), placed(1.0)],
         };
         let eyes = [[0.0, 2.3, 1.3], [0.4, 2.2, 1.4]];
@@ -126,7 +126,7 @@ impl Fading {
         Edits { keys: keys.collect(), ..Edits::default() }
     }
 
-    /// Brings the scene to a frame.
+    /// Poses the scene at a frame.
     fn pose(&self, scene: &mut Scene, frame: u32) {
         let before = f64::from(frame.saturating_sub(1));
         let power = |factor: f64| factor.powf(f64::from(frame) - before) as f32;
@@ -136,8 +136,8 @@ impl Fading {
         scene.pose(f64::from(frame) / FPS).expect("a pose");
     }
 
-    /// Caustics and path-traced light summed over the frames of the fade, with histories over without, from seed to seed. All
-    /// have the same paths.
+    /// Caustics and path-traced light summed over the frames of the fade: with histories over without, over several
+    /// seeds. All runs trace the same paths.
     pub fn kept(&self, history: &'static History, config: &RenderConfig, seeds: u32) -> [Mean; 2] {
         let start = self.scene();
         let mut ratios = [Vec::new(), Vec::new()];
@@ -170,12 +170,12 @@ impl Fading {
     }
 }
 
-/// The camera that keys move, if there are any: the last one.
+/// The camera that keys move, if there is one: the last.
 fn last_camera(scene: &Scene) -> SceneCamera {
     scene.cameras.last().expect("a camera").clone()
 }
 
-/// Puts punctual lights where the light was, turned to the ring; the second one across the scene.
+/// Replaces the area light by punctual lights at its position, turned to the ring; the second stands across the scene.
 fn replace_light(document: &mut Value, lights: Vec<Value>) {
     let node = |x: f64, light: usize| {
         let half_root = std::f64::consts::FRAC_1_SQRT_2;

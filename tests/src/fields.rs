@@ -1,4 +1,4 @@
-//! The fields of the interface's rows, so that differences are reported by name.
+//! Fields of the interface's records, to report differences by name.
 
 use bytemuck::Pod;
 use caustics_kernels::interface::auxiliary::Auxiliary;
@@ -8,7 +8,7 @@ use caustics_kernels::interface::ray::Hit;
 use caustics_kernels::interface::step::{EmitStep, SampleStep, ScatterOut};
 use std::mem::offset_of;
 
-/// What the words of a field are.
+/// Type of the words of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// f32 components of one vector.
@@ -19,26 +19,26 @@ pub enum Kind {
     Shares,
 }
 
-/// A field of a row of 4-byte words.
+/// A field of a record of 4-byte words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its first word.
+    /// Index of its first word.
     pub first: usize,
-    /// Its words.
+    /// Number of its words.
     pub words: usize,
-    /// What they are.
+    /// Type of its words.
     pub kind: Kind,
 }
 
-/// A row whose fields are known by name. Padding is no field.
+/// A record with fields that are known by name. Padding is no field.
 pub trait Fields: Pod {
     /// The fields.
     const FIELDS: &'static [Field];
 }
 
-/// Lists the fields of a row: `name(.inner): words kind`.
+/// Lists the fields of a record: `name(.inner): words kind`.
 macro_rules! fields {
     ($record:ty { $($($part:ident).+: $words:literal $kind:ident,)+ }) => {
         impl Fields for $record {

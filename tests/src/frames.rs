@@ -1,4 +1,4 @@
-//! Frames of a view one after the other, as an animation renders them.
+//! Consecutive frames of a view, as an animation renders them.
 
 use caustics::render_config::RenderConfig;
 use caustics::scene::{Scene, SceneCamera};
@@ -17,12 +17,12 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Opens the CPU for the first camera of a scene.
+    /// Opens a session on the CPU for the first camera of a scene.
     pub fn new(scene: &Scene, config: &RenderConfig, history: &'static History) -> Frames {
         Frames::open(&RunnerChoice::Cpu { threads: 0 }, scene, config, history)
     }
 
-    /// Opens a runner for the first camera of a scene.
+    /// Opens a session on a runner for the first camera of a scene.
     pub fn open(
         choice: &RunnerChoice,
         scene: &Scene,
@@ -36,31 +36,31 @@ impl Frames {
         Frames { session, next: 0 }
     }
 
-    /// Renders the next frame; its caustics.
+    /// Renders the next frame and returns its caustics.
     pub fn render(&mut self) -> Vec<Vec3> {
         self.session.frame(self.next).expect("a frame runs");
         self.next += 1;
         self.session.read("caustic_radiance").expect("caustics")
     }
 
-    /// Renders the next frame of a posed scene; its caustics.
+    /// Renders the next frame of a posed scene and returns its caustics.
     pub fn pose(&mut self, scene: &Scene, camera: &SceneCamera) -> Vec<Vec3> {
         self.session.pose(scene, camera).expect("a pose");
         self.render()
     }
 
-    /// What the last frame leaves to the next one.
+    /// Reads the history that the last frame leaves to the next one.
     pub fn history(&mut self) -> Vec<HistoryPoint> {
         self.session.read("history_points").expect("a history")
     }
 }
 
-/// Luminance-like sum of the channels.
+/// Sum of the channels of each pixel.
 pub fn sums(layer: &[Vec3]) -> Vec<f64> {
     layer.iter().map(|v| f64::from(v.element_sum())).collect()
 }
 
-/// The pixels so many to each side of a pixel of an image of this width and height, as far as there are; itself too.
+/// Pixels within `side` pixels of a pixel in each direction, itself included, in an image of this width and height.
 pub fn around(pixel: usize, side: usize, (width, height): (usize, usize)) -> Vec<usize> {
     let (column, row) = (pixel % width, pixel / width);
     let rows = row.saturating_sub(side)..=(row + side).min(height - 1);

@@ -7,49 +7,50 @@ use caustics::session::RunnerChoice;
 use caustics::vulkan::context::Context;
 use caustics::vulkan::{DeviceInfo, VulkanError, best};
 
-/// A device to test on. While it lives few tests of this process have one.
+/// A device to test on. While it lives, few other tests of this process have one.
 pub struct Gpu {
-    /// What it is.
+    /// Description of the device.
     pub info: DeviceInfo,
-    /// Whether the validation layer watches.
+    /// Whether the validation layer is active.
     pub validation: bool,
     _turn: Turn,
 }
 
 impl Gpu {
-    /// The runner on this device, tracing by ray queries or in software, watched where that is possible.
+    /// Returns the runner on this device, by ray queries or by the software tracer, with validation where available.
     pub fn choice(&self, hardware: bool) -> RunnerChoice {
         let kernels = Source::from_environment();
         RunnerChoice::Gpu { device: None, hardware, validation: self.validation, kernels }
     }
 
-    /// The tracers it has: `false` is software, `true` is ray queries.
+    /// Tracers of the device: `false` is software, `true` is ray queries.
     pub fn tracers(&self) -> &'static [bool] {
         if self.info.ray_queries { &[false, true] } else { &[false] }
     }
 }
 
-/// The device, watched by the validation layer, or none after saying why the test is skipped; with
-/// `CAUSTICS_REQUIRE_GPU=1` that panics.
+/// Opens the device with the validation layer. Without a device it prints why the test is skipped; with
+/// `CAUSTICS_REQUIRE_GPU=1` it panics.
 pub fn watched_gpu() -> Option<Gpu> {
     device(true)
 }
 
-/// The same without the layer, which takes longer over modules as large as ours than lavapipe does: for tests whose passes
-/// another test runs watched.
+/// Opens the device without the validation layer, which takes longer over our large modules than lavapipe does. For
+/// tests whose passes another test runs with validation.
 pub fn gpu() -> Option<Gpu> {
     device(false)
 }
 
-/// One of the turns of [`at_once`] tests.
+/// Permission to have a device, held by [`at_once`] tests.
 struct Turn;
 
-/// Turns that are taken.
+/// Number of permissions in use.
 static TURNS: Mutex<usize> = Mutex::new(0);
 static GIVEN_BACK: Condvar = Condvar::new();
 
-/// Tests of a process that have a device at once. Two where the driver compiles kernels on one core of a CPU, else one: NVIDIA's
-/// crashes in half of all runs where two threads have devices (<https://github.com/kvark/blade/issues/336>).
+/// Number of tests of a process that may have a device at once: two where the driver compiles kernels on a CPU, else
+/// one. NVIDIA's driver crashes in half of all runs in which two threads have devices
+/// (<https://github.com/kvark/blade/issues/336>).
 fn at_once() -> usize {
     static AT_ONCE: OnceLock<usize> = OnceLock::new();
     *AT_ONCE.get_or_init(|| if best(None).is_ok_and(|device| device.is_cpu()) { 2 } else { 1 })
@@ -63,7 +64,7 @@ impl Turn {
         Turn
     }
 
-    /// A test that failed leaves nothing behind that the next one could stumble over.
+    /// Locks the number of turns; a failed test leaves no poison that the next one could meet.
     fn taken() -> MutexGuard<'static, usize> {
         TURNS.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,4 +1,4 @@
-//! Comparers of what two runners computed, each with a test in which it must fail, and what the tests share.
+//! Comparers of the results of two runners, each with a test in which it must fail, and shared parts of the tests.
 
 #![forbid(unsafe_code)]
 

@@ -20,7 +20,7 @@ const BASE: Material = Material {
     medium: 0,
 };
 
-/// The materials with their names; the first is the floor's, the last the light's.
+/// Materials with their names; the first is the floor's, the last the light's.
 fn materials() -> Vec<(&'static str, Material)> {
     let metal = Material { metallic: 1.0, ..BASE };
     let coat = Material { specular: 1.0, ..BASE };
@@ -45,7 +45,7 @@ fn materials() -> Vec<(&'static str, Material)> {
     ]
 }
 
-/// The scene.
+/// Builds the scene.
 pub fn scene() -> Scene {
     let (names, materials): (Vec<_>, Vec<_>) =
         materials().into_iter().map(|(name, material)| (name.to_string(), material)).unzip();
@@ -75,7 +75,7 @@ pub fn scene() -> Scene {
         }
     }
     let point = PunctualLight::point(Vec3::new(1.5, 2.0, 1.0), Vec3::new(2.0, 3.0, 4.0));
-    // Wide enough that the scene's origin lies in the falloff: single steps connect from there.
+    // Cone wide enough that the scene's origin lies in the falloff, where single steps sample lights.
     let direction = Vec3::new(0.0, -1.0, 0.0);
     let spot = PunctualLight {
         position: Vec3::new(-1.0, 2.0, 1.0),
@@ -83,7 +83,7 @@ pub fn scene() -> Scene {
         ..point
     };
     let direction = Vec3::new(0.36, -0.8, 0.48);
-    // No brighter than the others: its light does not vary over a floor.
+    // Keep it dimmer than the others, because its light does not vary over a floor.
     let intensity = 0.05 * point.intensity;
     let sun = PunctualLight { intensity, shape: LightShape::Directional { direction }, ..point };
     let eye = Vec3::new(0.0, 1.5, 4.0);
@@ -133,16 +133,16 @@ mod tests {
     use caustics_kernels::interface::features::Features;
 
     #[test]
-    fn the_scene_needs_every_lobe_and_light() {
+    fn scene_has_the_features_of_every_lobe_and_light() {
         let scene = scene();
-        // All but textures, which a scene of their own has, and the ledger, which is asked for.
+        // All but textures, which have a scene of their own, and the ledger, which a setting requests.
         let all = Features((Features::ROUGH_DIELECTRIC.0 << 1) - 1);
         assert_eq!(scene.features(0.25), all | Features::DISPERSION);
         assert_eq!(scene.dropped_triangles, 0);
     }
 
     #[test]
-    fn balls_face_outwards() {
+    fn triangles_of_the_ball_face_outwards() {
         assert!(ball().iter().all(|[a, b, c]| (b - a).cross(c - a).dot(a + b + c) > 0.0));
     }
 }

@@ -1,28 +1,29 @@
-//! Matches photons of two runs: their order is free, so they are compared as multisets.
+//! Matching of the photons of two runs as multisets, because their order is free.
 
 use std::collections::HashMap;
 
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight};
 use glam::{IVec3, Vec3};
 
-/// A photon.
+/// Geometry and light of a photon.
 pub type Photon = (PhotonGeometry, PhotonLight);
 
-/// Which photons of two runs are the same.
+/// Pairs of equal photons of two runs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Matching {
     /// Pairs of indices, left and right.
     pub pairs: Vec<(usize, usize)>,
-    /// Indices of the left that found no partner.
+    /// Indices of left photons without a partner.
     pub left: Vec<usize>,
-    /// Indices of the right that found none.
+    /// Indices of right photons without a partner.
     pub right: Vec<usize>,
 }
 
 /// Largest difference of unit directions, and of fluxes relative to the larger, between partners.
 const ALIKE: f32 = 1.0e-2;
 
-/// Pairs photons that lie within `reach` (m) of each other, after as many scatterings, with like light. Nearest first.
+/// Pairs photons within `reach` (m) of each other that have equal numbers of scatterings and similar light, nearest
+/// first.
 pub fn pair(left: &[Photon], right: &[Photon], reach: f32) -> Matching {
     let cell = |position: Vec3| (position / reach).floor().as_ivec3();
     let mut cells: HashMap<IVec3, Vec<usize>> = HashMap::new();
@@ -30,7 +31,7 @@ pub fn pair(left: &[Photon], right: &[Photon], reach: f32) -> Matching {
         cells.entry(cell(geometry.position)).or_default().push(index);
     }
 
-    // Every possible pair, the closest first.
+    // List every possible pair, the closest first.
     let mut possible = vec![];
     for (index, photon) in right.iter().enumerate() {
         let centre = cell(photon.0.position);
@@ -56,7 +57,7 @@ pub fn pair(left: &[Photon], right: &[Photon], reach: f32) -> Matching {
 }
 
 fn is_alike(a: &Photon, b: &Photon, reach: f32) -> bool {
-    // Component by component: the largest element of a vector ignores NaN.
+    // Compare component by component: the largest element of a vector ignores NaN.
     let flux = a.1.flux.max(b.1.flux).max_element();
     a.0.scatterings == b.0.scatterings
         && a.0.position.distance(b.0.position) <= reach
@@ -65,7 +66,7 @@ fn is_alike(a: &Photon, b: &Photon, reach: f32) -> bool {
         && (a.1.flux - b.1.flux).abs().cmple(Vec3::splat(ALIKE * flux)).all()
 }
 
-/// How unlike two photons are: partners of one position may still differ in their light.
+/// Distance of two photons in position and light: partners at one position may still differ in light.
 fn distance(a: &Photon, b: &Photon) -> f32 {
     a.0.position.distance(b.0.position) + a.1.to_light.distance(b.1.to_light)
 }
@@ -86,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn order_and_ulps_do_not_matter() {
+    fn photons_in_another_order_and_off_by_ulps_are_paired() {
         let left = photons();
         let mut right: Vec<_> = left.iter().rev().copied().collect();
         right.iter_mut().for_each(|photon| photon.0.position *= 1.000_001);
@@ -96,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn detects_a_moved_a_dimmed_and_a_lost_deposit() {
+    fn detects_a_moved_a_dimmed_and_a_lost_photon() {
         let left = photons();
         let mut right = left.clone();
         right[5].0.position.x += 0.1;
@@ -109,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn detects_nan() {
+    fn detects_photons_with_nan() {
         let left = photons();
         let mut right = left.clone();
         right[7].1.flux.y = f32::NAN;

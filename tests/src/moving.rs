@@ -1,4 +1,4 @@
-//! Small scenes with one thing that moves, and how much of the caustics' energy a history keeps there.
+//! Small scenes with one moving object, and the share of the caustics' energy that a history keeps there.
 
 use std::fs;
 
@@ -11,18 +11,18 @@ use crate::frames::{Frames, sums};
 use crate::scenes::{copied, make_glass};
 use crate::statistics::Mean;
 
-/// What moves, by 0.6 m in a second.
+/// The moving object, whose speed is 0.6 m/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moving {
-    /// A ring of metal, which hides where its caustics were.
+    /// A ring of metal, which hides the previous position of its caustics.
     MetalCaster,
-    /// The same, between rings that stand still.
+    /// A ring of metal between rings that stand still.
     MetalAmongOthers,
     /// A ring of glass.
     GlassCaster,
     /// The light.
     Light,
-    /// The eye.
+    /// The camera.
     Camera,
     /// A plate below ring and light.
     Receiver,
@@ -39,12 +39,13 @@ impl Moving {
         Moving::Receiver,
     ];
 
-    /// The scene: `moving-caster` with one thing changed.
+    /// Builds the scene: `moving-caster` with one change.
     pub fn scene(self) -> Scene {
         self.changed(|_| {})
     }
 
-    /// The scene, looked at in a mirror that stands behind it; its light is so many times as wide, and gives the same light.
+    /// Builds the scene with a mirror behind it, in which the camera sees it. The light is `light_scale` times as wide
+    /// and emits the same flux.
     pub fn in_a_mirror(self, light_scale: f64) -> Scene {
         self.changed(|document| {
             add_mirror(document);
@@ -52,7 +53,7 @@ impl Moving {
         })
     }
 
-    /// The scene with more changed of its document.
+    /// Builds the scene with further changes of its document.
     fn changed(self, change: impl FnOnce(&mut Value)) -> Scene {
         let receiver = self == Moving::Receiver;
         let (folder, mut document) = copied(if receiver { "sliding-receiver" } else { "moving-caster" });
@@ -77,18 +78,18 @@ impl Moving {
     }
 }
 
-/// A ring that stands still, looked at in a mirror that moves away by 0.6 m in a second; its light is so many times as wide.
+/// A ring at rest, seen in a mirror that moves away by 0.6 m/s; its light is `light_scale` times as wide.
 pub fn moving_mirror(light_scale: f64) -> Scene {
     Moving::MetalCaster.changed(|document| {
         let mirror = add_mirror(document);
         widen_light(document, light_scale);
         carry(document, mirror);
-        // The animation moves along x; in a group that is turned by a right angle that is -z.
+        // The animation moves along x; in a group that is turned by a right angle, this is -z.
         let roots = document["scenes"][0]["nodes"].as_array_mut().expect("roots");
         let group = roots.pop().expect("the carrying node");
         let turned = [0.0, HALF_ROOT, 0.0, HALF_ROOT];
         add_root(document, json!({ "rotation": turned, "children": [group] }));
-        // Turned back by a right angle about y, after it was turned up by one about x.
+        // Turn up by a right angle about x, then back by one about y.
         let node = &mut document["nodes"][mirror];
         node["rotation"] = json!([0.5, -0.5, 0.5, 0.5]);
         // (x, y, z) of the group is (z, y, -x) of the world.
@@ -96,7 +97,7 @@ pub fn moving_mirror(light_scale: f64) -> Scene {
     })
 }
 
-/// Makes the light so many times as wide, with the same light.
+/// Widens the light by a factor and keeps its flux.
 fn widen_light(document: &mut Value, by: f64) {
     let materials = document["materials"].as_array_mut().expect("materials");
     let light = materials.iter_mut().position(|material| {
@@ -116,7 +117,8 @@ fn widen_light(document: &mut Value, by: f64) {
 /// Sine of 45 degrees.
 const HALF_ROOT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Puts a mirror of 2.4 x 2.4 m behind the scene, 1.2 m from its middle, and the camera before it; the mirror's node.
+/// Puts a mirror of 2.4 x 2.4 m behind the scene, 1.2 m from its middle, and the camera before it. Returns the mirror's
+/// node.
 fn add_mirror(document: &mut Value) -> usize {
     let push = |list: &mut Value, value: Value| {
         let list = list.as_array_mut().expect("a list");
@@ -127,7 +129,7 @@ fn add_mirror(document: &mut Value) -> usize {
         "pbrMetallicRoughness": { "baseColorFactor": [0.95, 0.95, 0.95, 1.0], "metallicFactor": 1.0, "roughnessFactor": 0.0 },
     });
     let material = push(&mut document["materials"], material);
-    // The floor's square, made smaller and turned to face +z.
+    // The floor's square, scaled and turned to face +z.
     let mut square = document["meshes"][0]["primitives"][0].clone();
     let positions = square["attributes"]["POSITION"].as_u64().expect("an accessor") as usize;
     let half = document["accessors"][positions]["max"][0].as_f64().expect("a bound");
@@ -158,7 +160,7 @@ fn add_root(document: &mut Value, node: Value) -> usize {
     id
 }
 
-/// Lets the ring stand in the middle, and the animation move this node instead.
+/// Keeps the ring at rest in the middle, and lets the animation move this node instead.
 fn carry(document: &mut Value, node: usize) {
     document["nodes"][1]["translation"] = json!([0.0, 0.0, 0.0]);
     let roots = document["scenes"][0]["nodes"].as_array_mut().expect("roots");
@@ -167,8 +169,8 @@ fn carry(document: &mut Value, node: usize) {
     document["animations"][0]["channels"][0]["target"]["node"] = json!(group);
 }
 
-/// Sum of the caustics over the first frames, 24 a second, with each history over that without: from seed to seed. All have
-/// the same light paths.
+/// Sum of the caustics over the first frames at 24 per second: with each history over without, over several seeds. All
+/// runs trace the same light paths.
 pub fn kept<const N: usize>(
     moving: Moving,
     histories: [&'static History; N],

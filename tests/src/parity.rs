@@ -19,10 +19,10 @@ use caustics_kernels::{denoiser, emission, history};
 
 use crate::gpu::Gpu;
 
-/// Elements that single steps run over, at most.
+/// Largest number of elements that single steps run over.
 pub const STEPS: usize = 200_000;
 
-/// A committed scene by its name.
+/// Loads a committed scene by its name.
 pub fn load(name: &str) -> Scene {
     let file = scene::resolve(name).expect("the scene is committed");
     Scene::load(&file).expect("the scene is sound")
@@ -40,21 +40,21 @@ pub struct RunnerPair {
     pub cpu: Box<dyn Runner>,
     /// The GPU.
     pub gpu: Box<dyn Runner>,
-    /// What the scene needs.
+    /// Features of the scene.
     pub features: Features,
-    /// Settings of frame 0.
+    /// Parameters of frame 0.
     pub params: FrameParams,
     frame_buffers: Vec<&'static str>,
 }
 
 impl RunnerPair {
-    /// Opens both for a view of a scene, with the buffers of every variant and of the single steps.
+    /// Opens both runners for a view of a scene, with the buffers of every variant and of the single steps.
     pub fn open(gpu: &Gpu, hardware: bool, scene: &Scene, config: &RenderConfig) -> RunnerPair {
         RunnerPair::with(gpu, hardware, scene, config, Features::default())
     }
 
-    /// The same by kernels that can do what other scenes need too: a software driver compiles those of a scene for ten seconds and
-    /// keeps them, so that tests of like scenes ask for the same ones.
+    /// Opens both runners with kernels of more features than the scene needs. A software driver compiles kernels for
+    /// ten seconds and keeps them, so that tests of similar scenes request the same ones.
     pub fn with(
         gpu: &Gpu,
         hardware: bool,
@@ -64,7 +64,7 @@ impl RunnerPair {
     ) -> RunnerPair {
         let features = needs([scene], config) | others;
         let params = config.params(scene, &scene.cameras[0], 0);
-        // Some emissions aim at them.
+        // Some emissions aim at casters.
         let params = FrameParams { casters: scene.casters(config.specular_roughness), ..params };
         let frame = frame_buffers(&params);
         let steps = STEP_PASSES.map(|pass| Step::new(pass, &FrameParams::default()));
@@ -91,30 +91,30 @@ impl RunnerPair {
         bound.filter(|name| self.frame_buffers.contains(name)).collect()
     }
 
-    /// Runs steps of a frame with these settings on both.
+    /// Runs steps of a frame with these parameters on both runners.
     pub fn run(&mut self, params: &FrameParams, steps: &[Step]) {
         self.cpu.run(params, steps).expect("the CPU runs the steps");
         self.gpu.run(params, steps).expect("the GPU runs the steps and the validation layer is silent");
     }
 
-    /// Runs a single step over `count` elements on both.
+    /// Runs a single step over `count` elements on both runners.
     pub fn step(&mut self, pass: &'static Pass, count: usize) {
         let params = self.params;
         self.run(&params, &[single(pass, count)]);
     }
 
-    /// Runs a single step over `count` elements on the CPU, to make inputs of.
+    /// Runs a single step over `count` elements on the CPU, to produce inputs.
     pub fn step_on_cpu(&mut self, pass: &'static Pass, count: usize) {
         self.cpu.run(&self.params, &[single(pass, count)]).expect("the CPU runs the step");
     }
 
-    /// Writes the head of a buffer of both.
+    /// Writes the head of a buffer on both runners.
     pub fn write<T: Pod>(&mut self, buffer: &str, records: &[T]) {
         self.cpu.write(buffer, cast_slice(records)).expect("the CPU has the buffer");
         self.gpu.write(buffer, cast_slice(records)).expect("the GPU has the buffer");
     }
 
-    /// The first `count` records of a buffer, the CPU's and the GPU's.
+    /// Reads the first `count` records of a buffer: the CPU's and the GPU's.
     pub fn head<T: Pod>(&mut self, buffer: &str, count: usize) -> (Vec<T>, Vec<T>) {
         let (mut cpu, mut gpu) = self.records(buffer);
         cpu.truncate(count);
@@ -122,12 +122,12 @@ impl RunnerPair {
         (cpu, gpu)
     }
 
-    /// All records of a buffer, the CPU's and the GPU's.
+    /// Reads all records of a buffer: the CPU's and the GPU's.
     pub fn records<T: Pod>(&mut self, buffer: &str) -> (Vec<T>, Vec<T>) {
         (records(&mut *self.cpu, buffer), records(&mut *self.gpu, buffer))
     }
 
-    /// Gives the GPU the CPU's contents of all that these steps bind.
+    /// Copies the CPU's contents of all buffers that these steps bind to the GPU.
     pub fn copy_to_gpu(&mut self, steps: &[Step]) {
         for buffer in self.bound(steps) {
             let bytes = self.cpu.read(buffer).expect("the CPU has the buffer");
@@ -136,7 +136,7 @@ impl RunnerPair {
     }
 }
 
-/// All records of a runner's buffer.
+/// Reads all records of a runner's buffer.
 pub fn records<T: Pod>(runner: &mut dyn Runner, buffer: &str) -> Vec<T> {
     let bytes = runner.read(buffer).unwrap_or_else(|error| panic!("reading {buffer}: {error:#}"));
     bytemuck::pod_collect_to_vec(&bytes)
@@ -151,7 +151,7 @@ fn single(pass: &'static Pass, count: usize) -> Step {
 /// The passes of single steps.
 const STEP_PASSES: [&Pass; 4] = [&STEP_SAMPLE, &STEP_HIT, &STEP_SCATTER, &STEP_EMIT];
 
-/// The buffers of every gather, history, denoiser and emission, each as large as any asks for.
+/// Buffers of every gather, history, denoiser and emission, each in the largest size that any of them requests.
 pub fn frame_buffers(params: &FrameParams) -> Vec<BufferSpec> {
     let default = Parts::from(&variant::PHOTONS_GRID);
     let gathers = variant::ALL.iter().map(|gather| Parts { gather, ..default });

@@ -1,11 +1,11 @@
-//! Integrals over microfacet normals in f64, written out apart from the kernels.
+//! Integrals over microfacet normals in f64, implemented independently of the kernels.
 
 use std::f64::consts::TAU;
 
 use caustics_kernels::interface::material::{FLAG_THIN, Material};
 use glam::DVec3;
 
-/// Mean over normals h sampled from D(h) cos(h) of `value(h)`: midpoints of the inverse distribution.
+/// Mean of `value(h)` over normals h sampled from D(h) cos(h), by midpoints of the inverse distribution.
 pub fn over_normals(alpha: f64, value: impl Fn(DVec3) -> f64) -> f64 {
     let (rows, columns) = (600, 600);
     let mut sum = 0.0;
@@ -24,7 +24,7 @@ pub fn over_normals(alpha: f64, value: impl Fn(DVec3) -> f64) -> f64 {
     sum / f64::from(rows * columns)
 }
 
-/// Shares that rough glass (white) reflects and transmits, by quadrature: all in f64 and written out anew.
+/// Shares that white rough glass reflects and transmits, by quadrature in f64, independently of the kernels.
 pub fn dielectric_by_quadrature(material: &Material, cos: f64, eta: f64) -> (f64, f64) {
     let alpha = f64::from(material.roughness).powi(2);
     let thin = material.flags & FLAG_THIN != 0;

@@ -1,4 +1,4 @@
-//! Random rays through a scene, of keys of their own, and the scattering events where they hit it.
+//! Random rays through a scene, with keys of their own, and scattering events at their hits.
 
 use caustics::scene::Scene;
 use caustics_kernels::interface::NONE;
@@ -14,7 +14,7 @@ fn rng(index: usize, purpose: u32) -> Rng {
     Rng::new(Stream::Camera, 0x7177, index as u32, purpose)
 }
 
-/// `count` rays from anywhere in the scene's bounds in any direction.
+/// Returns `count` rays from random positions in the scene's bounds in random directions.
 pub fn through(scene: &Scene, count: usize) -> Vec<Ray> {
     let [low, high] = scene.bounds;
     let ray = |index| {
@@ -26,7 +26,7 @@ pub fn through(scene: &Scene, count: usize) -> Vec<Ray> {
     (0..count).map(ray).collect()
 }
 
-/// A ray from where each of these hits is, to either side of its triangle; misses start nothing.
+/// Returns a ray from each of these hits, to either side of its triangle; misses start none.
 pub fn from_surfaces(scene: &Scene, rays: &[Ray], hits: &[Hit]) -> Vec<Ray> {
     let leave = |(index, (ray, hit)): (usize, (&Ray, &Hit))| {
         let here = vertex(scene.tables(), Features::ALL, ray, hit, 0.0);
@@ -39,8 +39,8 @@ pub fn from_surfaces(scene: &Scene, rays: &[Ray], hits: &[Hit]) -> Vec<Ray> {
     rays.iter().zip(hits).enumerate().filter(|(_, (_, hit))| !hit.is_miss()).map(leave).collect()
 }
 
-/// A scattering event at each hit, with an evaluation to a random direction. Rays that meet glass from behind are
-/// inside it, or for every fourth wrongly in nothing.
+/// Returns a scattering event at each hit, with an evaluation in a random direction. Rays that meet glass from behind
+/// are inside it; every fourth of them is wrongly in vacuum.
 pub fn events(scene: &Scene, rays: &[Ray], hits: &[Hit]) -> Vec<ScatterIn> {
     let event = |(index, (&ray, &hit)): (usize, (&Ray, &Hit))| {
         let here = vertex(scene.tables(), Features::ALL, &ray, &hit, 0.0);

@@ -12,7 +12,7 @@ use glam::{DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// Plain Lambert of this albedo.
+/// Lambertian of this albedo.
 pub fn lambert(albedo: f32) -> Material {
     Material { base_color: Vec3::splat(albedo), roughness: 1.0, ior: 1.5, ..Material::default() }
 }
@@ -32,7 +32,7 @@ pub fn glass(ior: f32) -> Material {
     Material { transmission: 1.0, specular: 1.0, roughness: 0.0, ior, ..lambert(1.0) }
 }
 
-/// The same whose Abbe number is 10: twice as dispersive as any glass.
+/// Clear dielectric with a volume and an Abbe number of 10: twice as dispersive as any glass.
 pub fn flint(ior: f32) -> Material {
     Material { dispersion: 2.0, ..glass(ior) }
 }
@@ -42,17 +42,17 @@ pub fn pane(ior: f32) -> Material {
     Material { flags: FLAG_THIN, ..glass(ior) }
 }
 
-/// Black, with this radiance (W m^-2 sr^-1) from its front.
+/// Black emitter of this radiance (W m^-2 sr^-1) on its front side.
 pub fn emitter(radiance: f32) -> Material {
     Material { emission: Vec3::splat(radiance), ..lambert(0.0) }
 }
 
-/// The same from both sides.
+/// Black emitter of this radiance (W m^-2 sr^-1) on both sides.
 pub fn emitter_both(radiance: f32) -> Material {
     Material { flags: FLAG_EMIT_BOTH_SIDES, ..emitter(radiance) }
 }
 
-/// A scene in the making. Coordinates are f64 and in metres.
+/// A scene under construction. Coordinates are f64 and in metres.
 #[derive(Clone, Debug, Default)]
 pub struct Builder {
     triangles: Vec<Triangle>,
@@ -60,24 +60,24 @@ pub struct Builder {
     materials: Vec<Material>,
     lights: Vec<PunctualLight>,
     cameras: Vec<SceneCamera>,
-    /// Images and textures; rows of materials and coordinates follow the materials and triangles.
+    /// Images and textures; the records of materials and coordinates follow the order of materials and triangles.
     pub textures: TextureParts,
 }
 
 impl Builder {
-    /// Adds a material; its id.
+    /// Adds a material and returns its id.
     pub fn material(&mut self, material: Material) -> u32 {
         self.textured(material, MaterialTextures::default())
     }
 
-    /// Adds a material with textures; its id.
+    /// Adds a material with textures and returns its id.
     pub fn textured(&mut self, material: Material, textures: MaterialTextures) -> u32 {
         self.materials.push(material);
         self.textures.materials.push(textures);
         self.materials.len() as u32 - 1
     }
 
-    /// Adds a repeating texture of an image whose texels `texel` gives by column and row; its id.
+    /// Adds a repeating texture and returns its id; `texel` returns the texel of a column and row.
     pub fn texture(
         &mut self,
         role: Role,
@@ -190,7 +190,7 @@ impl Builder {
         }
     }
 
-    /// Adds a block whose normals are those of its corners, as modellers smooth by mistake.
+    /// Adds a block whose vertex normals are those of its corners, a frequent fault of models.
     pub fn smooth_block(&mut self, material: u32, centre: DVec3, half: f64) {
         let first = self.triangles.len();
         self.block(material, centre - half, centre + half, false);
@@ -219,7 +219,7 @@ impl Builder {
     }
 
     /// Adds the inside of a cylinder's wall (a ring of no thickness, axis on y) over angles `from`..`to` around the
-    /// axis; angle 0 is +x, angles grow towards +z; fronts and normals look at the axis.
+    /// axis. Angle 0 is +x, and angles grow towards +z. Fronts and normals look at the axis.
     #[expect(clippy::too_many_arguments, reason = "a shape in one call")]
     pub fn wall(
         &mut self,
@@ -276,15 +276,14 @@ impl Builder {
         self.cameras.push(SceneCamera::look_at("main", eye, target, up, fov_y));
     }
 
-    /// Multiplies lengths by `scale`; intensities by its square and absorption by its inverse, so that the image
-    /// stays.
+    /// Multiplies lengths by `scale`, intensities by its square and absorption by its inverse, so that the image stays.
     pub fn scaled(mut self, scale: f32) -> Self {
         for triangle in &mut self.triangles {
             (triangle.a, triangle.b, triangle.c) =
                 (triangle.a * scale, triangle.b * scale, triangle.c * scale);
         }
         for light in &mut self.lights {
-            // A directional light's irradiance is a radiance over an angle: it stays.
+            // Keep a directional light's irradiance: it is a radiance over an angle.
             if !matches!(light.shape, LightShape::Directional { .. }) {
                 light.position *= scale;
                 light.intensity *= scale * scale;
@@ -302,7 +301,7 @@ impl Builder {
         self
     }
 
-    /// The scene.
+    /// Builds the scene.
     pub fn build(self) -> Scene {
         let material_names = (0..self.materials.len()).map(|id| format!("material {id}")).collect();
         let Builder { triangles, surfaces, materials, lights, cameras, textures } = self;
@@ -321,12 +320,12 @@ impl Builder {
     }
 }
 
-/// A committed scene.
+/// Loads a committed scene.
 pub fn committed(name: &str) -> Scene {
     Scene::load(&folder(name).join("scene.gltf")).expect("committed scenes load")
 }
 
-/// A copy of a committed scene's files, and its document, for changes of it.
+/// Copies the files of a committed scene; returns the folder, and the document for changes.
 pub fn copied(name: &str) -> (TempDir, Value) {
     let copy = tempfile::tempdir().expect("a folder");
     for file in std::fs::read_dir(folder(name)).expect("a scene") {
@@ -337,7 +336,7 @@ pub fn copied(name: &str) -> (TempDir, Value) {
     (copy, serde_json::from_slice(&text).expect("JSON"))
 }
 
-/// Makes the ring of `moving-caster` or `light-off` one of glass.
+/// Turns the ring of `moving-caster` or `light-off` into glass.
 pub fn make_glass(document: &mut Value) {
     document["materials"][1] = json!({
         "name": "ring",
@@ -356,8 +355,8 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name)
 }
 
-/// A grey room that is seen from one end, with a mirror and a lamp in the other half; a wall of this half thickness (m)
-/// may part them.
+/// A grey room seen from one end, with a mirror and a light in the other half. A wall of this half thickness (m) may
+/// separate the halves.
 pub fn half_room(wall: Option<f64>) -> Scene {
     let mut b = Builder::default();
     let grey = b.material(lambert(0.6));
@@ -372,8 +371,8 @@ pub fn half_room(wall: Option<f64>) -> Scene {
     b.build()
 }
 
-/// A closed room of 2 x 2 x 2 m around the origin with every kind of thing in it: a glass ball (absorbing), a mirror
-/// ring, a coated block, a glossy plate, an area light and a point light.
+/// A closed room of 2 x 2 x 2 m around the origin under an area light and a point light. It holds an absorbing glass
+/// ball, a mirror ring, a coated block and a glossy plate.
 pub fn mixed_room() -> Builder {
     let mut b = Builder::default();
     let wall = b.material(lambert(0.6));
@@ -393,13 +392,13 @@ pub fn mixed_room() -> Builder {
     b
 }
 
-/// Blended to this share everywhere.
+/// Textures that blend by this alpha everywhere.
 pub fn veil(share: f32) -> MaterialTextures {
     MaterialTextures { alpha: share, blends: 1, ..MaterialTextures::default() }
 }
 
-/// A room of 2 x 2 x 2 m with a lamp, a glass ball and a mirror, in which things blend: a tinted pane in the light's way, a
-/// glossy one before the ball, leaves whose alpha is soft, and a lamp that glows from both sides through a soft texture.
+/// A room of 2 x 2 x 2 m with an area light, a glass ball, a mirror and blended surfaces. These are a tinted pane
+/// before the light, a glossy pane before the ball, leaves of soft alpha, and a two-sided textured emitter.
 pub fn blended_room() -> Builder {
     let mut b = Builder::default();
     let (wall, ball) = (b.material(lambert(0.5)), b.material(glass(1.5)));
@@ -425,7 +424,7 @@ pub fn blended_room() -> Builder {
     b
 }
 
-/// A room of 2 x 2 x 2 m with a ball and a block that part colours, under a warm lamp between tinted walls: channels differ.
+/// A room of 2 x 2 x 2 m with a dispersive ball and block, under a warm light between tinted walls: channels differ.
 pub fn dispersive_room() -> Scene {
     let mut b = Builder::default();
     let wall = b.material(Material { base_color: Vec3::new(0.6, 0.5, 0.3), ..lambert(0.0) });
@@ -439,7 +438,7 @@ pub fn dispersive_room() -> Scene {
     b.build()
 }
 
-/// A room of 2 x 2 x 2 m in which lobes of every width and so many area lights of several sizes stand close to each other.
+/// A room of 2 x 2 x 2 m in which lobes of every width stand close to `light_count` area lights of several sizes.
 pub fn room_of_lights(light_count: u32) -> Builder {
     let mut b = Builder::default();
     let (wall, coat) = (b.material(lambert(0.6)), b.material(coated(0.5, 0.3)));
@@ -460,8 +459,8 @@ pub fn room_of_lights(light_count: u32) -> Builder {
     b
 }
 
-/// A basin of 2 x 2 x 2 m around the origin under a lamp, half full of tinted water: an open surface that leaves gaps of 1 mm
-/// to the walls.
+/// A basin of 2 x 2 x 2 m around the origin under a light, half full of tinted water. Its open surface leaves gaps
+/// of 1 mm to the walls.
 pub fn pool(eye: DVec3, target: DVec3) -> Builder {
     let mut b = Builder::default();
     let water = b.material(Material { absorption: Vec3::new(0.5, 1.0, 2.0), ..glass(1.33) });
@@ -474,7 +473,8 @@ pub fn pool(eye: DVec3, target: DVec3) -> Builder {
     b
 }
 
-/// Things on a floor under an open sky, by a spot and a directional light: a glass ball and a metal ring cast caustics.
+/// Objects on a floor under an open sky, by a spot and a directional light: a glass ball and a metal ring cast
+/// caustics.
 pub fn open_air() -> Builder {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.6));

@@ -1,16 +1,16 @@
-//! Means with their standard errors, and whether two of them agree.
+//! Means with their standard errors, and whether two means agree.
 
-/// A mean and the standard error of it.
+/// A mean and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mean {
-    /// The mean.
+    /// Value of the mean.
     pub value: f64,
     /// Its standard error.
     pub error: f64,
 }
 
 impl Mean {
-    /// The mean of independent samples, at least two.
+    /// Returns the mean of independent samples, at least two.
     pub fn from_samples(samples: &[f64]) -> Mean {
         let n = samples.len() as f64;
         let value = samples.iter().sum::<f64>() / n;
@@ -18,7 +18,7 @@ impl Mean {
         Mean { value, error: (variance / n).sqrt() }
     }
 
-    /// Difference in standard errors of the difference of two independent means.
+    /// Difference of two independent means, in standard errors of that difference.
     pub fn sigmas(&self, other: &Mean) -> f64 {
         let difference = (self.value - other.value).abs();
         if difference == 0.0 { 0.0 } else { difference / self.error.hypot(other.error) }

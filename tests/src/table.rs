@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::compare::Difference;
 
-/// Differences with where they were seen.
+/// Differences, and the passes in which they occurred.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     title: String,
@@ -12,17 +12,17 @@ pub struct Table {
 }
 
 impl Table {
-    /// An empty table.
+    /// Creates an empty table.
     pub fn new(title: &str) -> Table {
         Table { title: title.into(), rows: vec![] }
     }
 
-    /// Adds what was seen in a pass or step.
+    /// Adds the differences of a pass or step.
     pub fn add(&mut self, pass: &str, differences: impl IntoIterator<Item = Difference>) {
         self.rows.extend(differences.into_iter().map(|difference| (pass.to_string(), difference)));
     }
 
-    /// The rows that exceed what is allowed, in words.
+    /// Rows that exceed their tolerance, as text.
     pub fn failures(&self) -> Vec<String> {
         let failed = self.rows.iter().filter(|(_, difference)| !difference.passes());
         let describe = |(pass, d): &(String, Difference)| {
@@ -35,7 +35,7 @@ impl Table {
         failed.map(describe).collect()
     }
 
-    /// Prints the table and panics if a row exceeds what is allowed.
+    /// Prints the table and panics if a row exceeds its tolerance.
     pub fn finish(&self) {
         eprintln!("{self}");
         let failures = self.failures();

@@ -1,5 +1,5 @@
-//! Whole paths on the CPU with rays that tremble by a few ulps: where a path is so ill-conditioned that it diverges
-//! by itself, a divergence between two runners is explained.
+//! Whole paths on the CPU with rays perturbed by a few ulps. Where a perturbed path diverges by itself, it is
+//! ill-conditioned, which explains a divergence between two runners.
 
 use std::convert::Infallible;
 
@@ -26,21 +26,21 @@ use glam::Vec3;
 
 use crate::matching::Photon;
 
-/// What a tracer answered.
+/// Answer of a tracer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Answer {
     /// The closest triangle and its distance (m).
     Hit(u32, f32),
-    /// Whether something is between.
+    /// Whether an occluder is between.
     Occluded(bool),
 }
 
-/// Relative size of the trembling: the difference of two runners after one vertex.
+/// Relative size of the perturbation: the difference of two runners after one vertex.
 const AMOUNT: f32 = 2.0e-6;
-/// Trembling paths that are tried for an explanation.
+/// Number of perturbed paths that are tried for an explanation.
 const TRIES: u32 = 512;
 
-/// Traces rays that tremble, and records the answers.
+/// Tracer that perturbs rays and records the answers.
 struct Trembling<'a> {
     tracer: BvhTracer<'a>,
     rng: Rng,
@@ -72,7 +72,7 @@ impl Tracer for Trembling<'_> {
     }
 }
 
-/// Counts nothing.
+/// Counters that ignore additions.
 struct Ignore(Option<Infallible>);
 
 impl Atomics for Ignore {
@@ -81,7 +81,7 @@ impl Atomics for Ignore {
     }
 }
 
-/// Keeps the photons of a path.
+/// Sink that keeps the photons of a path.
 struct Keep(Vec<Photon>);
 
 impl PhotonSink for Keep {
@@ -92,14 +92,14 @@ impl PhotonSink for Keep {
     }
 }
 
-/// How the light paths of an emission start, apart from the buffers of a runner.
+/// Emission of light paths, independent of a runner's buffers.
 enum Starts<'a> {
     Power(ByPower<'a>),
     Aimed(Aimed<'a>),
 }
 
 impl<'a> Starts<'a> {
-    /// None of an emission that is not listed here, a new one, say.
+    /// Returns none for an emission that is not listed here, such as a new one.
     fn for_emission(emission: &Emission, power: ByPower<'a>) -> Option<Starts<'a>> {
         match emission.name {
             name if name == POWER.name => Some(Starts::Power(power)),
@@ -125,9 +125,9 @@ pub struct LightPathContext<'a> {
     pub scene: &'a Scene,
     /// Push constants.
     pub params: &'a FrameParams,
-    /// What the scene needs.
+    /// Features of the scene.
     pub features: Features,
-    /// How light paths start; validation paths start by power.
+    /// Emission of light paths; validation paths start by power.
     pub emission: &'static Emission,
 }
 
@@ -142,7 +142,7 @@ impl<'a> LightPathContext<'a> {
         Trembling { tracer: self.scene.tracer(self.features), rng, amount, answers: vec![] }
     }
 
-    /// The camera path of a pixel; attempt 0 does not tremble.
+    /// Traces the camera path of a pixel; attempt 0 is unperturbed.
     fn camera(&self, pixel: u32, attempt: u32) -> (Collected, Vec<Answer>) {
         let mut tracer = self.tracer(attempt);
         let tables = self.tables();
@@ -151,13 +151,13 @@ impl<'a> LightPathContext<'a> {
         (collected, tracer.answers)
     }
 
-    /// The photons of a light path; attempt 0 does not tremble.
+    /// Traces a light path and returns its photons; attempt 0 is unperturbed.
     fn light(&self, path: u32, attempt: u32) -> (Vec<Photon>, Vec<Answer>) {
         let rng = Rng::new(Stream::Light, self.params.seed, path, self.params.frame);
         self.follow(path, rng, self.emission, attempt)
     }
 
-    /// The photons of a validation path.
+    /// Traces a validation path and returns its photons.
     fn validation(&self, path: u32, attempt: u32) -> (Vec<Photon>, Vec<Answer>) {
         let round = (self.params.frame + path) / VALIDATION_PERIOD;
         self.follow(path, Rng::new(Stream::Validation, self.params.seed, path, round), &POWER, attempt)
@@ -174,18 +174,18 @@ impl<'a> LightPathContext<'a> {
         (keep.0, tracer.answers)
     }
 
-    /// Whether its light paths can be traced here; else they are only compared.
+    /// Whether its light paths can be traced here; otherwise they are only compared.
     pub fn starts_are_known(&self) -> bool {
         Starts::for_emission(self.emission, ByPower::new(self.tables(), self.params, self.features)).is_some()
     }
 
-    /// The photons of every light path, with their path.
+    /// Photons of every light path, each with the index of its path.
     pub fn photons(&self) -> Vec<(u32, Photon)> {
         let paths = 0..self.params.light_path_batch;
         paths.flat_map(|path| self.light(path, 0).0.into_iter().map(move |photon| (path, photon))).collect()
     }
 
-    /// Why the camera path of a pixel may diverge: what first differs when it trembles.
+    /// Explains why the camera path of a pixel may diverge: the first answer that differs in a perturbed path.
     pub fn explain_camera(
         &self,
         pixel: u32,
@@ -198,12 +198,12 @@ impl<'a> LightPathContext<'a> {
         })
     }
 
-    /// Why a light path may diverge.
+    /// Explains why a light path may diverge.
     pub fn explain_light(&self, path: u32, differs: impl Fn(&[Photon], &[Photon]) -> bool) -> Option<String> {
         explain(|attempt| self.light(path, attempt), differs)
     }
 
-    /// Why a validation path may diverge.
+    /// Explains why a validation path may diverge.
     pub fn explain_validation(
         &self,
         path: u32,
@@ -213,7 +213,7 @@ impl<'a> LightPathContext<'a> {
     }
 }
 
-/// What first differs when a light path trembles until it diverges.
+/// Perturbs a light path until it diverges, and describes the first difference.
 fn explain(
     trace: impl Fn(u32) -> (Vec<Photon>, Vec<Answer>),
     differs: impl Fn(&[Photon], &[Photon]) -> bool,
@@ -225,7 +225,8 @@ fn explain(
     })
 }
 
-/// The first ray whose answer is another, else the first whose distance has moved by more than trembling alone moves it.
+/// Describes the first ray with another answer, else the first whose distance moved by more than the perturbation moves
+/// it.
 fn first_difference(still: &[Answer], trembling: &[Answer]) -> String {
     let find =
         |differ: fn(Answer, Answer) -> bool| still.iter().zip(trembling).position(|(&a, &b)| differ(a, b));
@@ -252,7 +253,7 @@ mod tests {
     use caustics::render_config::{Paths, RenderConfig};
 
     #[test]
-    fn a_path_that_does_not_tremble_repeats_itself_and_some_that_do_diverge() {
+    fn camera_path_repeats_unperturbed_and_diverges_in_some_perturbed_attempts() {
         let scene = lobes::scene();
         let config = RenderConfig {
             width: 64,
@@ -265,7 +266,7 @@ mod tests {
             LightPathContext { scene: &scene, params: &params, features: Features::ALL, emission: &POWER };
         assert_eq!(paths.camera(1000, 0), paths.camera(1000, 0));
         assert!(!paths.photons().is_empty());
-        // A comparer that never differs finds no explanation; one that asks for the same bits soon does.
+        // A comparer that never differs finds no explanation; one that demands equal bits soon does.
         assert_eq!(paths.explain_camera(1000, |_, _| false), None);
         let pixels = (0..64 * 36).step_by(50);
         let found = pixels.filter(|&pixel| {

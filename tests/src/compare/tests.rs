@@ -19,7 +19,7 @@ fn equal_records_pass() {
 }
 
 #[test]
-fn ulps_pass_and_more_does_not() {
+fn differences_of_1e_5_pass_and_of_1e_3_fail() {
     let image: Vec<f32> = (1..=300).map(|i| i as f32).collect();
     let scaled = |factor: f32| image.iter().map(|value| value * factor).collect::<Vec<_>>();
     assert!(floats("image", 3, &image, &scaled(1.000_01), LOOSE).passes());
@@ -51,7 +51,7 @@ fn detects_a_swapped_id() {
 }
 
 #[test]
-fn detects_nan() {
+fn detects_nan_in_either_or_both_slices() {
     let (number, nan) = ([1.0f32, 2.0], [1.0f32, f32::NAN]);
     let lenient = Tolerance { absolute: f32::MAX, ..LOOSE };
     for (left, right) in [(number, nan), (nan, number), (nan, nan)] {
@@ -82,7 +82,7 @@ fn detects_one_flipped_bit() {
 }
 
 #[test]
-fn shares_are_counted_not_rounded_up() {
+fn allowed_share_is_rounded_down_to_whole_elements() {
     let tolerance = LOOSE.except(0.01, "one in a hundred");
     let image = vec![1.0f32; 199];
     let mut other = image.clone();

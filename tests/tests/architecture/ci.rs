@@ -1,4 +1,4 @@
-//! Names of tests in `.ci/` and in the documents are names of tests, and every ignored test is run by a script of `.ci/`.
+//! Names of tests in `.ci/` and in the documents exist, and a script of `.ci/` runs every ignored test.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,8 +10,9 @@ use proc_macro2::{TokenStream, TokenTree};
 use crate::layers::all_files;
 use crate::root;
 
-/// Ignored tests that no script runs: one compares two builds, by hand; the other is a process that the test beside it starts.
-const NOT_BY_SCRIPTS: [&str; 2] = ["images::every_picture_is_what_it_was", "caught::tests::child"];
+/// Ignored tests that no script runs: a developer compares two builds by one; the test beside the other starts it as a
+/// process.
+const NOT_BY_SCRIPTS: [&str; 2] = ["images::every_image_has_the_recorded_hash", "caught::tests::child"];
 
 /// Roots of the targets that have tests.
 const TARGETS: [(&str, &str); 18] = [
@@ -35,17 +36,17 @@ const TARGETS: [(&str, &str); 18] = [
     ("methods", "tests/tests/methods/main.rs"),
 ];
 
-/// A test as libtest knows it.
+/// A test by its path in libtest.
 #[derive(Clone, Debug, PartialEq)]
 struct Test {
-    /// Package of a unit test, or target of another.
+    /// Package of a unit test, or target of an integration test.
     target: &'static str,
     /// Modules and name.
     path: String,
     is_ignored: bool,
 }
 
-/// All tests of the repository, from the tokens of its sources.
+/// All tests of the repository, read from the tokens of its sources.
 fn tests() -> &'static [Test] {
     static TESTS: LazyLock<Vec<Test>> = LazyLock::new(read_tests);
     &TESTS
@@ -99,7 +100,7 @@ fn collect(target: &'static str, tokens: TokenStream, module: &[String], tests: 
     }
 }
 
-/// Words of `.ci/` that name tests: with `::`, or of three parts and more; comments aside.
+/// Words of `.ci/` that name tests: words with `::`, or of three parts and more, outside of comments.
 fn words_of_ci(text: &str) -> BTreeSet<String> {
     let code = text.lines().filter(|line| !line.trim_start().starts_with('#'));
     let words = code.flat_map(|line| {
@@ -123,7 +124,7 @@ fn scripts() -> Vec<(PathBuf, String)> {
     paths.into_iter().map(|path| (path.clone(), std::fs::read_to_string(path).unwrap())).collect()
 }
 
-/// Ignored tests of which no word is part.
+/// Ignored tests whose path contains none of the words.
 fn never_run<'a>(tests: &'a [Test], words: &BTreeSet<String>) -> Vec<&'a str> {
     let ignored = tests.iter().filter(|test| test.is_ignored).map(|test| test.path.as_str());
     ignored.filter(|path| !words.iter().any(|word| path.contains(word.as_str()))).collect()
@@ -150,14 +151,14 @@ fn every_path_of_a_test_that_ci_names_exists() {
     }
 }
 
-/// Commands of a script or a document that run `cargo test` with arguments, on one line each.
+/// Commands of a script or a document that run `cargo test` with arguments, joined to one line each.
 fn test_commands(text: &str) -> Vec<String> {
     let joined = text.replace("\\\n", " ");
     let lines = joined.lines().filter(|line| line.contains("cargo test"));
     lines.map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
 }
 
-/// Those that choose tests by name without being checked by `tested` or `all_ran`.
+/// Commands that choose tests by name without a check by `tested` or `all_ran`.
 fn unchecked(text: &str) -> Vec<String> {
     let is_unchecked = |line: &String| {
         let arguments = line.split_once("cargo test").map_or("", |(_, arguments)| arguments);
@@ -174,7 +175,7 @@ fn every_filtered_run_of_tests_in_ci_fails_if_a_filter_matches_nothing() {
     for (script, text) in scripts() {
         count += text.matches("tested ").count();
         let mut unchecked = unchecked(&text);
-        // Its command writes a log, which it hands to `all_ran`.
+        // Its command writes a log, which the script passes to `all_ran`.
         unchecked.retain(|line| !(script.ends_with("mutate") && line.contains("> \"$WORK/log\"")));
         assert_eq!(unchecked, [""; 0], "{}", script.display());
     }
@@ -186,13 +187,13 @@ fn every_filtered_run_of_tests_in_ci_fails_if_a_filter_matches_nothing() {
     );
 }
 
-/// Runs Bash with `.ci/tested`.
+/// Runs a Bash script after sourcing `.ci/tested`.
 fn bash(script: &str) -> Output {
     let script = format!("set -euo pipefail\n. .ci/tested\n{script}");
     Command::new("bash").current_dir(root()).args(["-c", &script]).output().unwrap()
 }
 
-/// Names that match nothing, in what libtest prints, are found: of one test and of several, by parts and as a whole.
+/// Names that match nothing in the output of libtest are found: one name or several, in part or exact.
 #[test]
 fn detects_a_filter_that_matches_no_test_that_ran() {
     let log = "\
@@ -237,7 +238,7 @@ test result: ok. 4 passed; 0 failed; 1 ignored; 0 measured; 20 filtered out
     assert!(!ran("running 0 tests\n\ntest result: ok. 0 passed\n", "").status.success());
 }
 
-/// `tested` fails with its command, and with a name of it that no test has.
+/// `tested` fails with its command, and with a name that no test has.
 #[test]
 fn detects_a_command_whose_name_matches_no_test() {
     let libtest = "cargo() { echo 'test a::one ... ok'; echo 'test a::two ... ok' >&2; }\n";
@@ -253,11 +254,11 @@ fn detects_a_command_whose_name_matches_no_test() {
     assert_eq!(unchecked("tested cargo test -- one\ncargo test --workspace\n# cargo test -- one"), [""; 0]);
 }
 
-/// Names in a command of a document that match nothing: "--test x", "-p x" or a filter.
+/// Names in a command of a document that match nothing, behind "--test", "-p" or as a filter.
 fn unknown_names(command: &str, tests: &[Test]) -> Vec<String> {
     let mut unknown = Vec::new();
     let (_, arguments) = command.split_once("cargo test").expect("a command");
-    // Up to a comment, or the end of code in a line of text.
+    // Stop at a comment, or at the end of code in a line of text.
     let arguments = arguments.split(['`', '#', ')', '"']).next().unwrap();
     let mut words = arguments.split_whitespace();
     while let Some(word) = words.next() {
@@ -284,7 +285,9 @@ pub fn documents() -> Vec<PathBuf> {
         ".",
         ".github",
         "docs",
+        "docs/decisions",
         "experiments",
+        "experiments/peers",
         "experiments/results",
         "fuzz",
         "tests/corpus",
@@ -327,7 +330,8 @@ fn detects_a_document_that_names_no_test() {
     assert_eq!(unknown("cargo test --test nothing -- --ignored long:: gathers::"), 2);
 }
 
-/// Tests in modules and in macros are found, with what ignores them; an ignored one that no script names is found.
+/// Tests in modules and in macros are found, with their `ignore` attributes, and so is an ignored test that no script
+/// names.
 #[test]
 fn detects_an_ignored_test_that_no_script_runs() {
     let text = "
@@ -345,7 +349,7 @@ fn detects_an_ignored_test_that_no_script_runs() {
     assert_eq!(never_run(&tests, &words), ["file::long::a"]);
 }
 
-/// Scripts of `.ci/` and the builder of the kernels, as a text names them: each with the options that follow it.
+/// Scripts of `.ci/` and the builder of the kernels as a text names them, each with the options behind it.
 fn script_options(text: &str) -> Vec<(String, Vec<String>)> {
     let is_mark = |c: char| !c.is_alphanumeric();
     let trimmed = |word: &str| {
@@ -366,7 +370,7 @@ fn script_options(text: &str) -> Vec<(String, Vec<String>)> {
     found
 }
 
-/// Scripts and options that are not there.
+/// Named scripts and options that do not exist.
 fn unknown_options(text: &str, source: impl Fn(&str) -> Option<String>) -> Vec<String> {
     let is_unknown = |(name, options): &(String, Vec<String>)| {
         let source = source(name);
@@ -376,7 +380,7 @@ fn unknown_options(text: &str, source: impl Fn(&str) -> Option<String>) -> Vec<S
     named.map(|(name, options)| [&[name], &options[..]].concat().join(" ")).collect()
 }
 
-/// The source of a script, or those of the builder.
+/// Source of a script, or the sources of the kernel builder.
 fn source_of(name: &str) -> Option<String> {
     let builder = ["kernels/builder/src/main.rs", "kernels/command/src/main.rs"];
     let files = if name == "cargo kernels" { &builder[..] } else { &[name][..] };

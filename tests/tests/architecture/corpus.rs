@@ -1,5 +1,6 @@
-//! Every file of `tests/corpus` loads and renders to what `tests/golden/corpus` holds.
-//! `CAUSTICS_BLESS=1 cargo test --workspace --test architecture corpus` writes the images: look at them before they are committed.
+//! Every file of `tests/corpus` loads and renders to its image in `tests/golden/corpus`.
+//! `CAUSTICS_BLESS=1 cargo test --workspace --test architecture corpus` writes the images: look at them before you
+//! commit them.
 
 use caustics::render_config::Paths;
 use std::path::{Path, PathBuf};
@@ -12,21 +13,21 @@ use caustics::{RenderConfig, RenderedImage, Session};
 use caustics_kernels::interface::choice::PixelFilter;
 
 const SIZE: (usize, usize) = (32, 18);
-/// Frames of an image: enough that a wrong texture or normal is seen through the noise, which is the same each time.
+/// Frames of an image: enough to see a wrong texture or normal through the noise, which is the same each time.
 const FRAMES: u32 = 4;
-/// The time that is shown (s): in the middle of the animations.
+/// Time of the pose (s): in the middle of the animations.
 const TIME: f64 = 0.5;
-/// Processors differ in the last bits of what is computed, and so do compilers.
+/// Relative difference by last bits, which vary between processors and compilers.
 const SAME: f32 = 1e-3;
-/// Of pixels at which such a bit decides otherwise, and a path goes another way: as in the parity tests of whole paths, for each of the
-/// frames, and rounded up to some.
+/// Pixels that may differ because a last bit sends a path elsewhere: 0.2 % per frame, as in the parity tests, rounded
+/// up to 1 %.
 const STRAYS: usize = SIZE.0 * SIZE.1 / 100;
 
 fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// The image of a file; whatever it lacks, it gets.
+/// Renders the image of a file, with a default light where it has none.
 fn image(path: &Path) -> RenderedImage {
     let aspect = SIZE.0 as f64 / SIZE.1 as f64;
     let staging = Staging {
@@ -65,10 +66,10 @@ fn values(bytes: &[u8]) -> Vec<[f32; 3]> {
     r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect()
 }
 
-/// Pixels that differ by more than last bits, beside what is usual in the image.
+/// Number of pixels that differ by more than last bits, relative to the pixel plus the image's mean.
 fn differing(ours: &[[f32; 3]], golden: &[[f32; 3]]) -> usize {
     let mean = golden.iter().flatten().sum::<f32>() / (3 * golden.len()) as f32;
-    // Written so that what is not a number differs.
+    // NaN differs, because it compares false.
     let same = |a: f32, b: f32| (a - b).abs() <= SAME * (a.abs().max(b.abs()) + mean);
     ours.iter().zip(golden).filter(|(a, b)| !(0..3).all(|channel| same(a[channel], b[channel]))).count()
 }
@@ -83,7 +84,7 @@ pub fn files() -> Vec<PathBuf> {
 }
 
 #[test]
-fn every_file_of_the_corpus_renders_to_its_golden_picture() {
+fn every_file_of_the_corpus_renders_to_its_golden_image() {
     let golden = folder("golden/corpus");
     let blesses = std::env::var_os("CAUSTICS_BLESS").is_some();
     let mut wrong = Vec::new();
@@ -108,17 +109,17 @@ fn every_file_of_the_corpus_renders_to_its_golden_picture() {
     }
     assert!(files.len() >= caustics_scenes::corpus::ALL.len());
     assert!(wrong.is_empty(), "differ from tests/golden/corpus: {}", wrong.join(", "));
-    // And none is left of a file that went.
+    // Reject images of files that no longer exist.
     assert_eq!(golden.read_dir().expect("a folder").count(), files.len());
 }
 
 #[test]
-fn a_picture_that_is_another_is_noticed() {
+fn detects_changes_of_a_golden_image() {
     let golden =
         |name: &str| values(&std::fs::read(folder("golden/corpus").join(name)).expect("a golden image"));
     let plain = golden("plain.gltf.exr");
     assert_eq!(differing(&plain, &plain), 0);
-    // A little more light, a tint, one column to the side, a patch of 4 by 4, the file without its other scenes.
+    // Brighten, tint, shift by a column, patch 4 x 4 pixels, set to NaN, and take two other files.
     let brighter: Vec<_> = plain.iter().map(|color| color.map(|value| 1.01 * value)).collect();
     let tinted: Vec<_> = plain.iter().map(|&[r, g, b]| [r, g, 0.98 * b]).collect();
     let mut moved = plain.clone();

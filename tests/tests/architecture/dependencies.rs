@@ -1,4 +1,4 @@
-//! What others' code the project is made of: its licences, where it comes from, what is in it twice, and who may be unsafe.
+//! Third-party code of the project: its licences, sources, duplicate versions, and permission for unsafe code.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,10 +17,10 @@ mod sources;
 
 use sources::SOURCES;
 
-/// Licences as crates state them, each read and found to let the project have its own. A new text here is looked at first.
+/// Licences of crates, each reviewed and found compatible with the project's own. A new text needs a review first.
 const LICENCES: [&str; 28] = [
     "(MIT OR Apache-2.0 OR Zlib) AND BSD-3-Clause",
-    // The encoder of JPEG; that of the Independent JPEG Group asks for a word in the documentation: docs/viewer.md has it.
+    // JPEG encoder. The Independent JPEG Group requires a notice in the documentation: docs/viewer.md has it.
     "(MIT OR Apache-2.0) AND IJG",
     "(MIT OR Apache-2.0) AND Unicode-3.0",
     "0BSD OR MIT OR Apache-2.0",
@@ -50,30 +50,30 @@ const LICENCES: [&str; 28] = [
     "Zlib OR Apache-2.0 OR MIT",
 ];
 
-/// The Mozilla licence covers its own files: it is for what tests alone are made of, as scraper's parts are.
+/// Crates of the Mozilla licence, which covers their own files. Tests alone use them, as parts of scraper.
 const MOZILLA: [&str; 4] = ["cssparser", "cssparser-macros", "dtoa-short", "selectors"];
 
-/// Crates that are there in several versions, and how many; a number that falls is as welcome as it is to be noted.
+/// Crates in several versions, and their number. Update a number that falls, too.
 const SEVERAL: [(&str, usize); 8] = [
-    // The handshake of WebSockets, and tests: proptest.
+    // WebSocket handshake; in tests, proptest.
     ("cpufeatures", 2),
     ("getrandom", 2),
-    // Interfaces of other versions of it, behind features of spirv-std.
+    // Interfaces of other versions of glam, behind features of spirv-std.
     ("glam", 5),
     // The decoders of PNG and of EXR.
     ("miniz_oxide", 2),
-    // The decoder of WebP, and tests: what proptest runs processes with.
+    // WebP decoder; in tests, the crate by which proptest runs processes.
     ("quick-error", 2),
-    // WebSockets, and tests: proptest and what parses HTML.
+    // WebSockets; in tests, proptest and the HTML parser.
     ("rand", 3),
     ("rand_core", 3),
-    // Macros are about to change over.
+    // Crates of macros, in transition between versions.
     ("syn", 2),
 ];
 
 const REGISTRY: &str = "registry+https://github.com/rust-lang/crates.io-index";
 
-/// All packages of the lock file that this platform takes.
+/// All packages of the lock file for this platform.
 fn packages() -> Vec<Value> {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let version = Command::new(&cargo).args(["version", "--verbose"]).output().unwrap();
@@ -87,7 +87,7 @@ fn packages() -> Vec<Value> {
     metadata["packages"].as_array().unwrap().clone()
 }
 
-/// Folders of the repository whose crates a package is made of, itself among them.
+/// Adds the folders of the repository whose crates a package is built from, its own among them.
 fn own_crates(packages: &[Value], name: &str, folders: &mut BTreeSet<PathBuf>) {
     let package = packages.iter().find(|package| package["name"] == name && package["source"].is_null());
     let Some(package) = package else { return };
@@ -102,7 +102,7 @@ fn own_crates(packages: &[Value], name: &str, folders: &mut BTreeSet<PathBuf>) {
 }
 
 #[test]
-fn the_hash_of_the_program_covers_every_crate_that_it_is_made_of() {
+fn program_hash_changes_with_every_crate_of_the_program() {
     let mut folders = BTreeSet::new();
     own_crates(&packages(), "caustics-cli", &mut folders);
     assert_eq!(folders, SOURCES.map(PathBuf::from).into());
@@ -125,7 +125,7 @@ fn the_hash_of_the_program_covers_every_crate_that_it_is_made_of() {
 }
 
 #[test]
-fn licences_sources_and_duplicates_are_known() {
+fn licences_sources_and_duplicate_versions_of_crates_are_listed() {
     let packages = packages();
     assert!(packages.len() > 100);
     let mut faults = Vec::new();
@@ -152,7 +152,7 @@ fn licences_sources_and_duplicates_are_known() {
     assert_eq!(several, SEVERAL);
 }
 
-/// The builder of the kernels has a lock file of its own, and its crates need not be here.
+/// The builder of the kernels has a lock file of its own, and its crates need not be installed here.
 #[test]
 fn the_kernel_builder_takes_crates_from_the_registry_alone() {
     let lock = std::fs::read_to_string(root().join("kernels/builder/Cargo.lock")).unwrap();
@@ -162,7 +162,7 @@ fn the_kernel_builder_takes_crates_from_the_registry_alone() {
     assert!(other.is_empty(), "{other:?}");
 }
 
-/// Kernels have platform modules, and Vulkan is called by `vulkan/`: nothing else may be unsafe.
+/// Kernels have platform modules, and `vulkan/` calls Vulkan: no other module may be unsafe.
 #[test]
 fn crates_without_unsafe_code_forbid_it() {
     for (file, line) in [
@@ -179,13 +179,13 @@ fn crates_without_unsafe_code_forbid_it() {
         assert!(text.lines().any(|found| found == line), "{file} lacks {line}");
     }
     let host = std::fs::read_to_string(root().join("host/src/lib.rs")).unwrap();
-    assert_eq!(host.matches("allow(unsafe_code)").count(), 1, "vulkan alone");
+    assert_eq!(host.matches("allow(unsafe_code)").count(), 1, "only vulkan may be unsafe");
 }
 
-/// Kernels are unsafe where they ask a GPU for what Rust has no words for, where invocations write one buffer, and where a CPU has
-/// instructions that not all have.
+/// Kernels are unsafe where they use GPU instructions that Rust lacks, where invocations write one buffer, and where a
+/// CPU has optional instructions.
 #[test]
-fn kernels_are_unsafe_in_their_seams_alone() {
+fn kernels_use_unsafe_code_only_in_listed_modules() {
     let kernels = root().join("kernels/src");
     let is_unsafe = |file: &PathBuf| std::fs::read_to_string(file).unwrap().contains("unsafe {");
     let found = files(&kernels).into_iter().filter(is_unsafe);

@@ -1,4 +1,4 @@
-//! FLIP against NVIDIA's: LDR against their C++ code (crate nv-flip), HDR against golden files that their tool made.
+//! FLIP against NVIDIA's: LDR against their C++ code (crate nv-flip), HDR against golden files of their tool.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use caustics::metric::pixels::{Pixels, Region};
 use glam::DVec3;
 use nv_flip::FlipImageRgb8;
 
-/// The project's bound on the mean and on each pixel of the map. Theirs is f32, ours f64.
+/// Bound on the mean and on each pixel of the error map. NVIDIA's code is f32, ours f64.
 const TOLERANCE: f64 = 1e-4;
 
 /// An image of bytes.
@@ -58,7 +58,7 @@ impl Bytes {
     }
 }
 
-/// Our map and theirs.
+/// Our error map and NVIDIA's.
 fn maps(image: &Bytes, reference: &Bytes, pixels_per_degree: f64) -> (ErrorMap, Vec<f64>) {
     let ours = flip_ldr(&image.pixels(), &reference.pixels(), Encoding::Srgb, 0.0, pixels_per_degree);
     let theirs = nv_flip::flip(reference.nvidia(), image.nvidia(), pixels_per_degree as f32);
@@ -115,7 +115,7 @@ fn pairs(width: usize, height: usize) -> Vec<(&'static str, Bytes, Bytes)> {
 }
 
 #[test]
-fn ldr_is_nvidias_on_every_pixel() {
+fn ldr_flip_equals_nvidias_on_every_pixel_to_1e_4() {
     let mut worst: f64 = 0.0;
     for (width, height) in [(1, 1), (2, 1), (1, 5), (7, 3), (64, 48), (131, 97)] {
         for (name, image, reference) in pairs(width, height) {
@@ -135,12 +135,12 @@ fn ldr_is_nvidias_on_every_pixel() {
 }
 
 #[test]
-fn ldr_is_nvidias_at_other_distances() {
+fn ldr_flip_equals_nvidias_at_other_viewing_distances_to_5e_4() {
     for pixels_per_degree in [12.0, 33.5, 120.0] {
         for (name, image, reference) in pairs(61, 47) {
             let (ours, theirs) = maps(&image, &reference, pixels_per_degree);
             let difference = largest_difference(&ours, &theirs);
-            // Where features agree, theirs sees the square root of f32's rounding, 1e-7, in an exponent.
+            // Where features agree, f32's rounding of 1e-7 enters NVIDIA's result by its square root, in an exponent.
             assert!(difference <= 5e-4, "{name} at {pixels_per_degree}: {difference}");
             let means = (ours.mean(), mean(&theirs));
             assert!((means.0 - means.1).abs() <= TOLERANCE, "{name} at {pixels_per_degree}: {means:?}");
@@ -149,12 +149,12 @@ fn ldr_is_nvidias_at_other_distances() {
 }
 
 #[test]
-fn the_default_distance_is_nvidias() {
+fn default_viewing_distance_equals_nvidias() {
     assert!((PIXELS_PER_DEGREE - f64::from(nv_flip::DEFAULT_PIXELS_PER_DEGREE)).abs() < 0.03);
 }
 
 #[test]
-fn maps_are_coloured_like_nvidias() {
+fn flip_maps_have_nvidias_colours_to_one_step_of_a_byte() {
     let values: Vec<f64> = (0..256).map(|step| f64::from(step) / 255.0).collect();
     let ours = ErrorMap { width: 256, height: 1, values: values.clone() }.to_colors();
     let data: Vec<f32> = values.iter().map(|&value| value as f32).collect();
@@ -168,7 +168,7 @@ fn maps_are_coloured_like_nvidias() {
 }
 
 #[test]
-fn equal_pictures_have_no_error() {
+fn equal_images_have_zero_flip() {
     for (name, image, _) in pairs(33, 17) {
         let map = flip_ldr(&image.pixels(), &image.pixels(), Encoding::Srgb, 0.0, PIXELS_PER_DEGREE);
         assert!(map.values.iter().all(|&value| value == 0.0), "{name}");
@@ -177,7 +177,7 @@ fn equal_pictures_have_no_error() {
     }
 }
 
-/// Image, reference and NVIDIA's map of a golden file.
+/// Image, reference and NVIDIA's error map of a golden file.
 fn golden(name: &str) -> (Pixels, Pixels, Vec<f64>) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/flip").join(name);
     let image = Channels::read(&file).unwrap();
@@ -187,7 +187,7 @@ fn golden(name: &str) -> (Pixels, Pixels, Vec<f64>) {
 }
 
 #[test]
-fn hdr_is_nvidias_on_every_pixel() {
+fn hdr_flip_equals_nvidias_golden_maps_to_1e_4() {
     for name in ["noise.exr", "structure.exr", "small.exr"] {
         let (image, reference, theirs) = golden(name);
         let ours = flip_hdr(&image, &reference, PIXELS_PER_DEGREE).unwrap();
@@ -198,9 +198,9 @@ fn hdr_is_nvidias_on_every_pixel() {
     }
 }
 
-/// HDR composed here of NVIDIA's LDR; their crate takes bytes, so the images are rounded to them first.
+/// HDR-FLIP composed here of NVIDIA's LDR-FLIP; their crate takes bytes, so the images are rounded to bytes first.
 #[test]
-fn hdr_is_the_largest_of_nvidias_ldr_over_the_exposures() {
+fn hdr_flip_is_the_maximum_of_nvidias_ldr_flip_over_the_exposures() {
     let (image, reference, _) = golden("structure.exr");
     let mut largest = vec![0.0_f64; image.values.len()];
     for stops in Exposures::from_reference(&reference).unwrap().all() {
@@ -219,7 +219,7 @@ fn hdr_is_the_largest_of_nvidias_ldr_over_the_exposures() {
             .for_each(|(largest, value)| *largest = largest.max(f64::from(value)));
     }
     let ours = flip_hdr(&image, &reference, PIXELS_PER_DEGREE).unwrap();
-    // Half a byte is 0.2 % of the scale; differences of features go by a square root, and so do the roundings.
+    // Half a byte is 0.2 % of the scale. Differences of features enter by a square root, and so do the roundings.
     println!(
         "mean {:.4}, composed {:.4}, {:.3}",
         ours.mean(),
@@ -231,7 +231,7 @@ fn hdr_is_the_largest_of_nvidias_ldr_over_the_exposures() {
 }
 
 #[test]
-fn hdr_does_not_depend_on_the_unit_of_radiance() {
+fn hdr_flip_does_not_depend_on_the_unit_of_radiance() {
     let (image, reference, _) = golden("noise.exr");
     let map = flip_hdr(&image, &reference, PIXELS_PER_DEGREE).unwrap();
     for scale in [1e-3, 512.0] {
@@ -243,7 +243,7 @@ fn hdr_does_not_depend_on_the_unit_of_radiance() {
 }
 
 #[test]
-fn a_differing_pixel_is_found() {
+fn flip_of_one_differing_pixel_ends_10_columns_from_it() {
     let (mut image, reference, _) = golden("structure.exr");
     image.values.clone_from(&reference.values);
     let at = 15 * image.width + 20;
@@ -252,7 +252,7 @@ fn a_differing_pixel_is_found() {
     let worst = (0..map.values.len()).max_by(|&a, &b| map.values[a].total_cmp(&map.values[b])).unwrap();
     let (x, y): (usize, usize) = (worst % map.width, worst / map.width);
     assert!(map.mean() > 0.0 && x.abs_diff(20) <= 1 && y.abs_diff(15) <= 1, "{x}, {y}");
-    // Its error reaches as far as the filters do, and no farther.
+    // Its error reaches as far as the filters do.
     assert!(
         map.values
             .iter()

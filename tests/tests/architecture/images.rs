@@ -1,11 +1,12 @@
-//! Hashes of images: a refactoring that must change no image compares those before and after it.
+//! Hashes of images: a refactoring that must change no image compares the hashes before and after it.
 //!
 //! ```text
 //! CAUSTICS_IMAGES=/tmp/images.txt cargo test --locked --workspace --test architecture -- --ignored images::
 //! ```
 //!
-//! The first run writes the file. Later ones compare with it, print how many images differ, and fail if one does. Bits differ
-//! between processors and between compilers, so that no hashes are committed. All images are those of the CPU runner.
+//! The first run writes the file. Later runs compare with it, print the number of images that differ, and fail if one
+//! does. Bits differ between processors and between compilers, so that no hashes are committed. All images are those of
+//! the CPU runner.
 
 mod configurations;
 
@@ -23,15 +24,15 @@ use caustics::session::{RunnerChoice, Session};
 use self::configurations::{ASPECT, Configuration};
 use super::corpus;
 
-/// Hashes of images, by the images' names.
+/// Hashes by the names of images.
 type Hashes = BTreeMap<String, String>;
 
-/// Hashes the layers of an image, and what is displayed of it.
+/// Hash of an image's layers and of the displayed image.
 #[derive(Clone, Copy)]
 struct Hash(u64);
 
 impl Hash {
-    /// Hash of nothing: the start of FNV-1a.
+    /// Hash of no data: the start of FNV-1a.
     const NEW: Hash = Hash(0xcbf2_9ce4_8422_2325);
 
     fn layer(&mut self, values: impl ExactSizeIterator<Item = f32>) {
@@ -58,7 +59,7 @@ impl Hash {
     }
 }
 
-/// A scene of which images are rendered.
+/// A scene to render images of.
 struct Source {
     name: String,
     path: PathBuf,
@@ -92,7 +93,8 @@ fn render(source: &Source) -> Result<Hashes, Box<dyn std::error::Error>> {
         aspect: ASPECT,
     };
     let Staged { mut scene, camera, .. } = staging.load(&source.path)?;
-    // Two frames of one pose, of which only the first has a pilot; then two that moved, a step and half of the animation.
+    // Render two frames of one pose, of which only the first has a pilot. Then move by a step, and by half of the
+    // animation.
     let half = 0.5 * scene.duration();
     let times = [0.0, 0.0, 1.0 / 24.0, half.max(1.0 / 12.0)];
     let mut hashes = Hashes::new();
@@ -120,7 +122,7 @@ fn render(source: &Source) -> Result<Hashes, Box<dyn std::error::Error>> {
     Ok(hashes)
 }
 
-/// Renders all images, a scene on each core.
+/// Renders all images, one scene per core at a time.
 fn render_all(sources: &[Source]) -> Hashes {
     let (next, all) = (AtomicUsize::new(0), Mutex::new(Hashes::new()));
     let work = || {
@@ -138,7 +140,7 @@ fn render_all(sources: &[Source]) -> Hashes {
     all.into_inner().expect("no scene failed")
 }
 
-/// Writes hashes, a line each.
+/// Writes hashes as text, one per line.
 fn to_text(hashes: &Hashes) -> String {
     hashes.iter().map(|(name, hash)| format!("{hash} {name}\n")).collect()
 }
@@ -148,10 +150,10 @@ fn from_text(text: &str) -> Hashes {
     text.lines().filter_map(line).collect()
 }
 
-/// Names of images, by what became of them.
+/// Names of images by the outcome of a comparison.
 #[derive(Debug, Default, PartialEq)]
 struct Comparison {
-    /// Number of images that both have.
+    /// Number of images in both.
     compared: usize,
     differing: Vec<String>,
     missing: Vec<String>,
@@ -175,7 +177,7 @@ impl Comparison {
         comparison
     }
 
-    /// Whether no image is another. New and missing names are no failure, as long as there is something to compare.
+    /// Whether all compared images are equal. New and missing names are no failure, as long as one image is compared.
     fn is_equal(&self) -> bool {
         self.compared > 0 && self.differing.is_empty()
     }
@@ -195,12 +197,12 @@ impl std::fmt::Display for Comparison {
 
 #[test]
 #[ignore = "compares with the file that CAUSTICS_IMAGES names"]
-fn every_picture_is_what_it_was() {
+fn every_image_has_the_recorded_hash() {
     let file = std::env::var("CAUSTICS_IMAGES").expect("CAUSTICS_IMAGES names a file");
     let start = Instant::now();
     let after = render_all(&sources());
     let seconds = start.elapsed().as_secs();
-    // Not through `println!`, which shows nothing of a test that passes.
+    // Write to stdout directly: libtest hides the `println!` of a test that passes.
     let mut stdout = std::io::stdout();
     let Ok(before) = std::fs::read_to_string(&file) else {
         std::fs::write(&file, to_text(&after)).expect("CAUSTICS_IMAGES can be written");
@@ -213,7 +215,7 @@ fn every_picture_is_what_it_was() {
 }
 
 #[test]
-fn images_that_differ_are_named_and_so_are_missing_and_new_ones() {
+fn comparison_names_changed_missing_and_new_images() {
     let hashes = from_text("0a room\n0b glass ball\n0c ring\n");
     assert_eq!(to_text(&hashes), "0b glass ball\n0c ring\n0a room\n");
     let same = Comparison::new(&hashes, &hashes);
@@ -229,12 +231,12 @@ fn images_that_differ_are_named_and_so_are_missing_and_new_ones() {
     let lines = "0 of 2 images differ\n  missing: glass ball\n  new: glass sphere\n";
     assert_eq!(renamed.to_string(), lines);
 
-    // Files without a name in common prove nothing.
+    // Files without a common name prove nothing.
     assert!(!Comparison::new(&hashes, &from_text("0a prism\n")).is_equal());
 }
 
 #[test]
-fn a_hash_is_another_when_one_bit_of_a_layer_is() {
+fn hash_changes_with_one_bit_of_any_layer() {
     use glam::{Vec2, Vec3};
     let mut image = RenderedImage {
         width: 1,
@@ -275,7 +277,7 @@ fn a_hash_is_another_when_one_bit_of_a_layer_is() {
         change(&mut changed, next);
         all.push(hash(&changed));
     }
-    // A layer that moves into another's place is another image, too.
+    // A layer in the place of another changes the hash too.
     let caustics = std::mem::take(&mut image.caustics);
     image.auxiliary.normal.extend(caustics);
     all.push(hash(&image));

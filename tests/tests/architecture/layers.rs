@@ -1,5 +1,5 @@
-//! Imports point one way: each folder of a crate knows only those that stand before it. Paths are read from the sources' tokens,
-//! inline ones too, tests aside.
+//! Imports point one way: each folder of a crate imports only folders that stand before it. Paths are read from the
+//! sources' tokens, inline ones too, tests aside.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -23,16 +23,16 @@ const KERNELS: &[&[&str]] = &[
     &["shared_entry"],
 ];
 
-/// Crate of the host.
+/// A crate of the host.
 pub struct HostCrate {
-    /// Sources, below the root of the repository.
+    /// Folder of sources, from the root of the repository.
     pub src: &'static str,
     /// Name in paths.
     name: &'static str,
     layers: &'static [&'static [&'static str]],
 }
 
-/// Crates of the host; each depends on those before it alone.
+/// Crates of the host; each depends only on those before it.
 pub const HOST_CRATES: [HostCrate; 5] = [
     HostCrate { src: "host/files/src", name: "caustics_files", layers: FILES },
     HostCrate { src: "host/scene/src", name: "caustics_scene", layers: SCENE },
@@ -136,7 +136,7 @@ fn imports(src: &Path, own_name: &str) -> Imports {
     imports
 }
 
-/// The sources below a folder but for tests in files of their own, sorted.
+/// Sources below a folder, without tests in files of their own, sorted.
 pub fn files(folder: &Path) -> Vec<PathBuf> {
     let is_test = |path: &Path| {
         path.components().any(|part| part.as_os_str() == "tests" || part.as_os_str() == "tests.rs")
@@ -167,7 +167,7 @@ fn read(tokens: TokenStream, module: &[String], own_name: &str, found: &mut BTre
     let mut at = 0;
     while at < tokens.len() {
         if is_test(&tokens[at..]) {
-            // Up to the item's braces or semicolon.
+            // Read up to the item's braces or semicolon.
             while at < tokens.len() && !ends_item(&tokens[at]) {
                 at += 1;
             }
@@ -184,7 +184,7 @@ fn read(tokens: TokenStream, module: &[String], own_name: &str, found: &mut BTre
                 modules_behind(&tokens, at + 1, found);
             } else if name == "super" {
                 let supers = tokens[at..].chunks(3).take_while(|path| path[0].to_string() == "super").count();
-                // The modules above this one: none is the crate.
+                // As many `super`s as modules lead to the crate's root.
                 if supers >= module.len() {
                     modules_behind(&tokens, at + 3 * supers - 2, found);
                 }
@@ -238,7 +238,7 @@ fn ends_item(token: &TokenTree) -> bool {
     }
 }
 
-/// Imports that point outwards, and modules that are in no layer.
+/// Imports of outer layers, and modules without a layer.
 fn violations(imports: &Imports, layers: &[&[&str]]) -> Vec<String> {
     let layer = |top_module: &str| layers.iter().position(|modules| modules.contains(&top_module));
     let violation = |((from, to), file): (&(String, String), &PathBuf)| {
@@ -254,7 +254,7 @@ fn violations(imports: &Imports, layers: &[&[&str]]) -> Vec<String> {
     imports.iter().filter_map(violation).collect()
 }
 
-/// A file of a crate as the path of its module.
+/// Path of a module, from its file.
 type Module = Vec<String>;
 
 /// Import graph of the modules of a crate.
@@ -288,7 +288,7 @@ impl ImportGraph {
         graph
     }
 
-    /// Returns the module in which a path ends, re-exports followed.
+    /// Returns the module that a path leads to, following re-exports.
     fn resolved(&self, path: &[String], sources: &BTreeMap<Module, String>, steps: usize) -> Module {
         let mut module = Vec::new();
         for name in path {
@@ -307,7 +307,7 @@ impl ImportGraph {
 
     /// Returns an import cycle, if there is one.
     fn cycle(&self) -> Option<Vec<Module>> {
-        // Take away what knows none of the rest, until nothing is left or everything knows something.
+        // Remove modules that import none of the rest, until none is left or every one imports another.
         let mut rest: BTreeSet<&Module> = self.known.keys().collect();
         let next = |module: &Module, rest: &BTreeSet<&Module>| {
             self.known.get(module)?.iter().find(|known| rest.contains(known)).cloned()
@@ -333,7 +333,8 @@ struct NamedPath {
     is_reexport: bool,
 }
 
-/// Adds the paths that tokens of a module name. One that starts with a name starts at a module below, if there is one.
+/// Adds the paths that tokens of a module name. A path that starts with a name starts at a child module, if there is
+/// one.
 fn collect(tokens: TokenStream, module: &[String], own_name: &str, found: &mut Vec<NamedPath>) {
     let tokens: Vec<TokenTree> = tokens.into_iter().collect();
     let (mut at, mut is_reexport) = (0, false);
@@ -347,7 +348,7 @@ fn collect(tokens: TokenStream, module: &[String], own_name: &str, found: &mut V
         }
         let is_behind = at > 0 && is_colon(&tokens[at - 1]);
         match tokens.get(at) {
-            // Those of a `use` were read with the path before them.
+            // The group behind a `use` was read with the path before it.
             Some(TokenTree::Group(group)) if !is_behind => collect(group.stream(), module, own_name, found),
             Some(TokenTree::Ident(ident)) if *ident == "use" => {
                 let before: Vec<_> =
@@ -377,7 +378,7 @@ fn is_colon(token: &TokenTree) -> bool {
     matches!(token, TokenTree::Punct(punct) if punct.as_char() == ':')
 }
 
-/// Adds the paths that a module's own continues with: names behind `::`, groups of them, and `super`.
+/// Adds the continuations of a module's path: names behind `::`, groups of them, and `super`.
 fn paths_behind(tokens: &[TokenTree], base: &[String], is_reexport: bool, found: &mut Vec<NamedPath>) {
     let mut path = base.to_vec();
     for (at, token) in tokens.iter().enumerate() {
@@ -420,20 +421,21 @@ fn assert_layers(src: &str, own_name: &str, layers: &[&[&str]]) -> usize {
 }
 
 #[test]
-fn the_kernels_keep_their_layers() {
+fn kernel_modules_import_only_inner_layers() {
     let count = assert_layers("kernels/src", "caustics_kernels", KERNELS);
     assert!(count > 20, "only {count} imports are found");
 }
 
 #[test]
-fn the_host_keeps_its_layers() {
+fn host_modules_import_only_inner_layers() {
     let count: usize = HOST_CRATES.iter().map(|host| assert_layers(host.src, host.name, host.layers)).sum();
     assert!(count > 20, "only {count} imports are found");
 }
 
-/// Neither do a module and those below it. What it declares and hands on (`pub use`) it does not import.
+/// A module and its children form no cycle either. A module does not import what it declares and re-exports (`pub
+/// use`).
 #[test]
-fn no_modules_of_the_host_import_each_other_in_a_circle() {
+fn host_modules_have_no_import_cycle() {
     let mut count = 0;
     for host in &HOST_CRATES {
         let mut sources = sources(&root().join(host.src));
@@ -447,9 +449,9 @@ fn no_modules_of_the_host_import_each_other_in_a_circle() {
     assert!(count > 200, "only {count} imports are found");
 }
 
-/// A circle is found whatever way its paths are written; a path to a parent's re-export leads on to where it is defined.
+/// A cycle is found however its paths are written; a path to a parent's re-export leads on to the definition.
 #[test]
-fn detects_a_circle_of_modules() {
+fn detects_an_import_cycle() {
     let cycle = |texts: &[(&str, &str)]| {
         let module = |path: &str| path.split("::").map(String::from).collect::<Module>();
         let sources = texts.iter().map(|(path, text)| (module(path), (*text).to_string())).collect();
@@ -478,9 +480,9 @@ fn detects_a_circle_of_modules() {
     assert_eq!(cycle(&files), None);
 }
 
-/// A path in a layer further out, however it is written, is found; a test's is not.
+/// An import from an outer layer is found however it is written; an import of a test is not.
 #[test]
-fn detects_what_points_outwards() {
+fn detects_an_import_from_an_outer_layer() {
     let outwards = [
         "use crate::pass::resolve;",
         "use crate::{interface::NONE, pass};",

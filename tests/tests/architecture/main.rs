@@ -1,5 +1,5 @@
-//! The project itself: its dependencies, its layers, its metrics against those of others, its corpus, and the bits that a refactoring must
-//! keep.
+//! Tests of the project itself: its dependencies, its layers, its metrics against those of others, its corpus, and the
+//! bits that a refactoring must keep.
 
 mod ci;
 mod corpus;
@@ -7,6 +7,7 @@ mod dependencies;
 mod flip;
 mod images;
 mod layers;
+mod prose;
 mod quotes;
 mod ray_queries;
 mod reading;

@@ -1,4 +1,4 @@
-//! Rust in the documents, and in examples of doc comments that are not compiled, is a quote of a file that is compiled.
+//! Rust code in the documents, and in examples of doc comments that are not compiled, quotes a compiled file.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::ci::documents;
 use crate::layers::all_files;
 use crate::root;
 
-/// A line of a block that stands for lines left out.
+/// Line of a block that stands for omitted lines.
 const LEFT_OUT: &str = "// ...";
 
 /// A fenced block of a document.
@@ -14,14 +14,14 @@ const LEFT_OUT: &str = "// ...";
 struct Block {
     /// Line of the fence (from 1).
     line: usize,
-    /// Text behind the fence's marks.
+    /// Text behind the fence.
     info: String,
     /// The last source file that the text before it names.
     file: Option<String>,
     lines: Vec<String>,
 }
 
-/// The fenced blocks of Markdown, and its indented lines of code as blocks without a language.
+/// Returns the fenced blocks of Markdown, and its indented lines of code as blocks without a language.
 fn blocks(text: &str) -> Vec<Block> {
     let (mut blocks, mut open, mut file): (Vec<Block>, Option<(String, Block)>, _) = (Vec::new(), None, None);
     for (at, line) in text.lines().enumerate() {
@@ -51,7 +51,7 @@ fn blocks(text: &str) -> Vec<Block> {
     blocks
 }
 
-/// The text of doc comments of a source, every other line empty, so that lines keep their numbers.
+/// Returns the doc comments of a source; all other lines are empty, so that line numbers stay.
 fn doc_comments(source: &str) -> String {
     let line = |line: &str| {
         let line = line.trim_start();
@@ -69,7 +69,7 @@ fn is_rust(line: &str) -> bool {
     starts.iter().any(|start| line.starts_with(start)) && line.ends_with([';', '{', '}', ']', ','])
 }
 
-/// Whether a block holds Rust, by its language; without one, by its lines.
+/// Whether a block holds Rust, by its language or, without one, by its lines.
 fn holds_rust(block: &Block) -> bool {
     let language = block.info.split([',', ' ', '{']).next().unwrap_or_default();
     match language {
@@ -79,7 +79,7 @@ fn holds_rust(block: &Block) -> bool {
     }
 }
 
-/// Whether lines are runs of a file's lines, one after the other; as far to the right as the first of a run.
+/// Whether lines are runs of a file's lines, in the order of the file; each run may have another indentation.
 fn is_quote(lines: &[String], file: &str) -> bool {
     let indent = |line: &str| line.len() - line.trim_start().len();
     let min_indent =
@@ -107,7 +107,7 @@ fn is_quote(lines: &[String], file: &str) -> bool {
     count > 0
 }
 
-/// What is wrong with a block that holds Rust.
+/// Describes the fault of a block that holds Rust.
 fn fault(block: &Block, read: impl Fn(&str) -> Option<String>) -> Option<String> {
     let Some(name) = &block.file else {
         return Some(format!("line {}: no file is named that this code is of", block.line));
@@ -121,7 +121,7 @@ fn fault(block: &Block, read: impl Fn(&str) -> Option<String>) -> Option<String>
     }
 }
 
-/// A source file that is compiled, by its path from the root of the repository.
+/// Returns a source file that is compiled, by its path from the root of the repository.
 fn compiled(name: &str) -> Option<String> {
     let is_compiled =
         ["kernels", "host", "scenes", "tests"].iter().any(|folder| Path::new(name).starts_with(folder));
@@ -141,7 +141,7 @@ fn rust_in_the_documents_is_a_quote_of_a_compiled_file() {
     assert!(count > 2, "only {count} blocks are found");
 }
 
-/// Examples that rustdoc does not compile: the others are tests of their own.
+/// Checks examples that rustdoc does not compile; the others are tests of their own.
 #[test]
 fn ignored_examples_of_doc_comments_are_quotes_of_compiled_files() {
     let mut count = 0;
@@ -157,12 +157,12 @@ fn ignored_examples_of_doc_comments_are_quotes_of_compiled_files() {
     assert!(count > 0, "no example is found");
 }
 
-/// Whether rustdoc passes a block over although it holds Rust.
+/// Whether rustdoc skips a block although it holds Rust.
 fn is_ignored(block: &Block) -> bool {
     block.info.contains("ignore") || block.info.starts_with("text") && holds_rust(block)
 }
 
-/// Every example variant is compiled: by a test, or by the script that puts the others into the kernels.
+/// A test compiles every example variant, or the script that copies the others into the kernels does.
 #[test]
 fn every_example_variant_is_compiled() {
     let script = std::fs::read_to_string(root().join(".ci/new-variant")).unwrap();
@@ -178,7 +178,7 @@ fn every_example_variant_is_compiled() {
             tests.iter().any(|text| text.contains(&format!("#[path = \"../../example_variants/{name}\"]")));
         assert!(
             is_tested || script.contains(&format!("cp tests/example_variants/{name} ")),
-            "{name} is compiled by nothing"
+            "no build compiles it: {name}"
         );
         by_tests += usize::from(is_tested);
     }
@@ -186,7 +186,7 @@ fn every_example_variant_is_compiled() {
 }
 
 #[test]
-fn detects_rust_that_is_no_quote() {
+fn detects_rust_that_quotes_no_compiled_file() {
     let file = "use a;\n\nimpl A {\n    fn b() {\n        c();\n    }\n}\n";
     let faults = |page: &str| {
         let read = |name: &str| (name == "tests/a.rs").then(|| file.to_string());

@@ -1,5 +1,6 @@
-//! Ray queries of the compiled module: what is committed is read only where its type was found to be a triangle's, a candidate only
-//! while the query stands at one. Anything else is undefined in Vulkan, and drivers answer with stale or wild values.
+//! Ray queries of the compiled module. A committed hit is read only where its type is known to be a triangle, a
+//! candidate only while the query stands at one. Other reads are undefined in Vulkan, and drivers return stale or wild
+//! values.
 //!
 //! A forward analysis of each function: a fact holds in a block if it holds at the end of all its predecessors. Facts begin at
 //! branches on the type or on `OpRayQueryProceedKHR`, and end where the query proceeds, starts anew or is passed on.
@@ -13,17 +14,17 @@ use rspirv::spirv::{Op, Word};
 /// Triangle, of `RayQueryCommittedIntersection`; the others are none (0) and generated (2).
 const TRIANGLE: u32 = 1;
 const TYPES: [u32; 3] = [0, TRIANGLE, 2];
-/// Operand `Intersection` of a read of what is committed.
+/// Operand `Intersection` of a read of the committed hit.
 const COMMITTED: u32 = 1;
 
-/// Something that is known of a query, by its pointer.
+/// A fact about a query, identified by its pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fact {
     /// The query stands at a candidate.
     Candidate(Word),
     /// A triangle is committed.
     Triangle(Word),
-    /// A result of `OpRayQueryGetIntersectionTypeKHR` or `OpRayQueryProceedKHR` is still true of the query.
+    /// A result of `OpRayQueryGetIntersectionTypeKHR` or `OpRayQueryProceedKHR` still describes the query.
     Fresh(Word, Word),
 }
 
@@ -41,7 +42,7 @@ type Facts = BTreeSet<Fact>;
 #[derive(Debug, Default, PartialEq)]
 struct Reads {
     count: usize,
-    /// Those that no check precedes, by function and instruction.
+    /// Reads without a check before them, by function and instruction.
     unguarded: Vec<String>,
 }
 
@@ -51,19 +52,19 @@ struct Found {
     candidates: Reads,
 }
 
-/// The value of an instruction that depends on the committed type alone: for each type that value, and the query.
+/// A value that depends on the committed type alone: the value for each type, and the query.
 struct OfType {
     query: Word,
     result: Word,
     values: [Option<u32>; 3],
 }
 
-/// A function with what its instructions are found by.
+/// A function with lookup tables of its instructions and blocks.
 struct Flow<'a> {
     function: &'a Function,
     constants: &'a BTreeMap<Word, u32>,
     results: BTreeMap<Word, &'a Instruction>,
-    /// Labels from which control reaches a block.
+    /// Labels of the blocks that lead to a block.
     predecessors: BTreeMap<Word, BTreeSet<Word>>,
 }
 
@@ -75,7 +76,7 @@ fn label(block: &Block) -> Word {
     block.label_id().expect("blocks have labels")
 }
 
-/// Labels that a block's last instruction goes to.
+/// Labels of the blocks that a block leads to.
 fn successors(block: &Block) -> Vec<Word> {
     let Some(last) = block.instructions.last() else { return Vec::new() };
     let from = match last.class.opcode {
@@ -86,7 +87,7 @@ fn successors(block: &Block) -> Vec<Word> {
     last.operands[from..].iter().filter_map(Operand::id_ref_any).collect()
 }
 
-/// Labels of a switch by the value of its selector.
+/// Label that a switch takes for this value of its selector.
 fn target(switch: &Instruction, value: u32) -> Option<Word> {
     let cases = switch.operands[2..].chunks_exact(2);
     let case = cases.into_iter().find(|case| case[0] == Operand::LiteralBit32(value));
@@ -111,7 +112,7 @@ impl<'a> Flow<'a> {
         self.function.blocks.iter().find(|block| label(block) == block_label)
     }
 
-    /// A value as a function of the committed type: the type itself, or a constant for each by a switch.
+    /// A value as a function of the committed type: the type itself, or a constant for each type by a switch.
     fn of_type(&self, value: Word) -> Option<OfType> {
         let instruction = *self.results.get(&value)?;
         match instruction.class.opcode {
@@ -120,7 +121,7 @@ impl<'a> Flow<'a> {
                 Some(OfType { query, result: value, values: TYPES.map(Some) })
             }
             Op::Phi => {
-                // All of its predecessors are cases of one switch on the type.
+                // All predecessors are cases of one switch on the type.
                 let pairs: Vec<(Word, Word)> = instruction
                     .operands
                     .chunks_exact(2)
@@ -171,7 +172,7 @@ impl<'a> Flow<'a> {
                 let sides = [(a, b), (b, a)].into_iter();
                 let known = sides.filter_map(|(a, b)| Some((self.of_type(a)?, *self.constants.get(&b)?)));
                 let equals = holds == (instruction.class.opcode == Op::IEqual);
-                // The types that remain; a value that is not known may be anything.
+                // Keep the types that agree with the condition; an unknown value may be anything.
                 let implied = known.filter(|(by_type, value)| {
                     let remains = |(_, found): &(u32, Option<u32>)| {
                         found.is_none_or(|found| (found == *value) == equals)
@@ -186,7 +187,7 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Facts at the end of a block, for each block that it goes to; counts reads into `found`.
+    /// Facts at the end of a block, for each of its successors; counts reads into `found`.
     fn run(&self, block: &Block, mut facts: Facts, found: &mut Found) -> Vec<(Word, Facts)> {
         let name = self.function.def_id().unwrap_or(0);
         for instruction in &block.instructions {
@@ -199,7 +200,7 @@ impl<'a> Flow<'a> {
                     facts.retain(|fact| fact.query() != query);
                     facts.insert(Fact::Fresh(query, result));
                 }
-                // What is committed then is another hit.
+                // From here on another hit is committed.
                 (
                     Op::RayQueryConfirmIntersectionKHR | Op::RayQueryGenerateIntersectionKHR,
                     Some(query),
@@ -235,7 +236,7 @@ impl<'a> Flow<'a> {
         let branch = last.filter(|last| last.class.opcode == Op::BranchConditional);
         let to = successors(block);
         match branch.and_then(|branch| id(branch, 0)) {
-            // To two places: both to one says nothing.
+            // A branch with one target for both outcomes implies nothing.
             Some(condition) if to[0] != to[1] => [(to[0], true), (to[1], false)]
                 .map(|(to, holds)| (to, &facts | &self.implied(condition, holds, &facts)))
                 .to_vec(),
@@ -246,7 +247,7 @@ impl<'a> Flow<'a> {
     /// Counts the function's reads.
     fn count(&self, found: &mut Found) {
         let Some(entry) = self.function.blocks.first() else { return };
-        // Nothing is known at the entry; elsewhere all, until a predecessor does not know it.
+        // Nothing is known at the entry; elsewhere everything is, until a predecessor does not know it.
         let mut at = BTreeMap::from([(label(entry), Facts::new())]);
         let mut left = vec![label(entry)];
         while let Some(block) = left.pop().and_then(|next| self.block(next)) {
@@ -260,7 +261,7 @@ impl<'a> Flow<'a> {
                 }
             }
         }
-        // What no block goes to is never run.
+        // Skip blocks that no block leads to: they never run.
         for block in &self.function.blocks {
             if let Some(facts) = at.get(&label(block)) {
                 self.run(block, facts.clone(), found);
@@ -269,7 +270,7 @@ impl<'a> Flow<'a> {
     }
 }
 
-/// Whether an instruction reads data that only an intersection of a kind has.
+/// Whether an instruction reads data that only one kind of intersection has.
 fn reads_intersection(opcode: Op) -> bool {
     let name = format!("{opcode:?}");
     name.starts_with("RayQueryGetIntersection") && opcode != Op::RayQueryGetIntersectionTypeKHR
@@ -296,14 +297,14 @@ fn module() -> Module {
 }
 
 #[test]
-fn every_read_of_a_hit_follows_a_check_of_its_type() {
+fn every_read_of_a_ray_query_hit_follows_a_check_of_its_type() {
     let Found { committed, candidates } = reads(&module());
     println!("{} reads of what is committed, {} of candidates", committed.count, candidates.count);
-    assert!(committed.count > 10 && candidates.count > 10, "the test has lost its subject");
+    assert!(committed.count > 10 && candidates.count > 10, "the test has nothing to check");
     assert_eq!([committed.unguarded, candidates.unguarded], [const { Vec::<String>::new() }; 2]);
 }
 
-/// Changes the instructions of a copy of the module, and counts the reads that a check no longer precedes.
+/// Changes the instructions of a copy of the module, and counts reads without a check before them.
 fn unguarded(change: impl Fn(&mut Block)) -> [usize; 2] {
     let mut module = module();
     module.functions.iter_mut().flat_map(|function| &mut function.blocks).for_each(change);
@@ -312,19 +313,19 @@ fn unguarded(change: impl Fn(&mut Block)) -> [usize; 2] {
 }
 
 #[test]
-fn detects_reads_whose_check_is_missing_or_another() {
+fn detects_reads_with_a_missing_or_wrong_check() {
     let all = reads(&module());
     let all = [all.committed.count, all.candidates.count];
     let swaps = |last: &mut Instruction| last.operands.swap(1, 2);
 
-    // Every branch the wrong way round.
+    // Swap the targets of every branch.
     let swapped = unguarded(|block| {
         let last = block.instructions.last_mut();
         last.filter(|last| last.class.opcode == Op::BranchConditional).into_iter().for_each(swaps);
     });
     assert_eq!(swapped, all);
 
-    // The query proceeds once more between check and reads.
+    // Let the query proceed once more between check and reads.
     let proceeded = unguarded(|block| {
         let is_read = |instruction: &Instruction| reads_intersection(instruction.class.opcode);
         let Some(read) = block.instructions.iter().position(is_read) else { return };
@@ -334,7 +335,7 @@ fn detects_reads_whose_check_is_missing_or_another() {
     });
     assert_eq!(proceeded, all);
 
-    // Checks of candidates' types in place of those of what is committed: any other operand than the constant 1.
+    // Check the types of candidates in place of those of committed hits: any operand other than the constant 1.
     let other = unguarded(|block| {
         for instruction in &mut block.instructions {
             if instruction.class.opcode == Op::RayQueryGetIntersectionTypeKHR {

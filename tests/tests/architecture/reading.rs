@@ -1,14 +1,14 @@
-//! Files of others are read in one place, which refuses what may never end.
+//! The host reads files of others in one module, which refuses files that may never end.
 
 use crate::layers::{HOST_CRATES, files};
 use crate::root;
 
-/// Calls that read whatever a path leads to.
+/// Calls that read any file.
 const CALLS: [&str; 4] = ["fs::read(", "fs::read_to_string(", "File::open(", "OpenOptions::new()"];
-/// The place itself; two that ask the system about itself, by paths of their own; locks and outputs that are written; tests of pages.
+/// The module itself, two files that read the system's own paths, locks and outputs, and tests of pages.
 const ALLOWED: [&str; 5] = ["commands_page", "file.rs", "machine.rs", "memory.rs", "output/folder.rs"];
 
-/// The first of the calls in a source, its tests and comments aside.
+/// The first of the calls in a source, tests and comments aside.
 fn call(source: &str) -> Option<&'static str> {
     let code = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     let lines = || code.lines().filter(|line| !line.trim_start().starts_with("//"));
@@ -16,7 +16,7 @@ fn call(source: &str) -> Option<&'static str> {
 }
 
 #[test]
-fn every_reader_of_the_host_goes_through_one_file() {
+fn host_reads_files_only_through_the_file_module() {
     let sources = HOST_CRATES.iter().map(|host| root().join(host.src));
     let mut found = Vec::new();
     for (src, file) in sources.flat_map(|src| files(&src).into_iter().map(move |file| (src.clone(), file))) {
@@ -30,7 +30,7 @@ fn every_reader_of_the_host_goes_through_one_file() {
 }
 
 #[test]
-fn detects_a_reader_of_its_own() {
+fn detects_a_direct_read_of_a_file() {
     assert_eq!(call("fn a() {\n    std::fs::read(path)\n}"), Some("fs::read("));
     assert_eq!(call("let file = File::open(path)?;"), Some("File::open("));
     assert_eq!(

@@ -1,4 +1,4 @@
-//! Every dependency that a manifest declares is named by the code that it is declared for.
+//! Every dependency of a manifest is named by the code that it is declared for.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::root;
 /// Manifests of the repository: the workspace, and the packages outside of it.
 const MANIFESTS: [&str; 3] = ["Cargo.toml", "fuzz/Cargo.toml", "kernels/builder/Cargo.toml"];
 
-/// Packages of a manifest. Cargo resolves nothing for this: it needs neither a lock file nor a network.
+/// Packages of a manifest. Cargo resolves nothing here: it needs neither a lock file nor a network.
 fn packages(manifest: &Path) -> Vec<Value> {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let arguments = ["metadata", "--offline", "--no-deps", "--format-version", "1", "--manifest-path"];
@@ -59,7 +59,7 @@ impl Named {
         named
     }
 
-    /// Whether code of a kind of dependency (`null` for a normal one) names a crate.
+    /// Whether code for a kind of dependency (`null` for a normal one) names a crate.
     fn has(&self, kind: &Value, name: &str) -> bool {
         match kind.as_str() {
             None => self.program.contains(name),
@@ -69,7 +69,7 @@ impl Named {
     }
 }
 
-/// Source files of a target: its root's folder where the root is the main file of one, and files that `#[path]` names.
+/// Source files of a target: the root's folder where the root is its main file, and files that `#[path]` names.
 fn sources(root: &Path) -> BTreeSet<PathBuf> {
     let is_main = ["lib.rs", "main.rs"].iter().any(|name| root.ends_with(name));
     let mut open = if is_main { all_files(root.parent().unwrap()) } else { vec![root.to_path_buf()] };
@@ -84,11 +84,11 @@ fn sources(root: &Path) -> BTreeSet<PathBuf> {
     sources
 }
 
-/// First names of the paths in a source file that may be crates.
+/// First names of the paths in a source file; they may be crates.
 #[derive(Default)]
 struct Crates {
     program: BTreeSet<String>,
-    /// Those of items with `#[cfg(test)]`.
+    /// First names in items with `#[cfg(test)]`.
     tests: BTreeSet<String>,
 }
 
@@ -102,7 +102,8 @@ impl Crates {
         crates
     }
 
-    /// Adds the first names of the paths of tokens. `name::` is no crate where the file itself declares or imports `name`.
+    /// Adds the first names of the paths of tokens. `name::` is no crate where the file itself declares or imports
+    /// `name`.
     fn collect(&mut self, tokens: TokenStream, in_test: bool, local: &BTreeSet<String>) {
         let tokens: Vec<TokenTree> = tokens.into_iter().collect();
         let mut test_end = 0;
@@ -126,7 +127,7 @@ impl Crates {
                 TokenTree::Ident(ident) => {
                     let name = ident.to_string();
                     let is_inner = at > 1 && is_separator(&tokens[at - 2..]);
-                    // A path of `::name` is a crate's whatever is local.
+                    // A path `::name` starts at a crate even where `name` is local.
                     let is_absolute = is_inner
                         && (at < 3
                             || !matches!(&tokens[at - 3], TokenTree::Ident(_)) && !is(&tokens[at - 3], ">"));
@@ -145,7 +146,7 @@ impl Crates {
     }
 }
 
-/// Adds the names of modules that tokens declare, and those that they import from elsewhere.
+/// Adds the names of modules that tokens declare, and names that they import from elsewhere.
 fn collect_local(tokens: TokenStream, local: &mut BTreeSet<String>) {
     let tokens: Vec<TokenTree> = tokens.into_iter().collect();
     for (at, token) in tokens.iter().enumerate() {
@@ -164,7 +165,7 @@ fn collect_local(tokens: TokenStream, local: &mut BTreeSet<String>) {
     }
 }
 
-/// Adds the last names of a `use`'s paths; those of one name alone are the crates themselves.
+/// Adds the last names of a `use`'s paths; a path of one name is the crate itself.
 fn collect_imported(path: &[TokenTree], is_start: bool, local: &mut BTreeSet<String>) {
     match path {
         [.., TokenTree::Group(group)] if group.delimiter() == Delimiter::Brace => {
@@ -200,7 +201,7 @@ fn ends_item(token: &TokenTree) -> bool {
     }
 }
 
-/// Dependencies of packages that the code which they are declared for does not name: "PACKAGE: KIND NAME".
+/// Dependencies that the code they are declared for does not name: "PACKAGE: KIND NAME".
 fn unused(packages: &[Value]) -> Vec<String> {
     let mut unused = Vec::new();
     for package in packages {
@@ -217,7 +218,7 @@ fn unused(packages: &[Value]) -> Vec<String> {
     unused
 }
 
-/// Entries of `[workspace.dependencies]` that no package has.
+/// Entries of `[workspace.dependencies]` that no package uses.
 fn unused_of_workspace(manifest: &str, packages: &[Value]) -> Vec<String> {
     let section = manifest.lines().skip_while(|line| *line != "[workspace.dependencies]").skip(1);
     let names = section.take_while(|line| !line.starts_with('[')).filter_map(|line| line.split_once(" = "));
@@ -289,7 +290,7 @@ fn detects_planted_unused_dependencies() {
         "use other::{a, name_d}; fn f() { name_d::f(); }",
         "use crate::a as name_d; fn f() { name_d::f(); }",
         "fn f() { other::name_d::f(); A::<B>::name_d::f(); }",
-        // Such a one is for [dev-dependencies].
+        // Tests take a crate from [dev-dependencies].
         "#[cfg(test)] mod tests { use name_d::f; }",
     ];
     for text in no_uses {
@@ -297,7 +298,7 @@ fn detects_planted_unused_dependencies() {
     }
 }
 
-/// Each kind of dependency is for code of its own; a renamed one is known by its other name.
+/// Each kind of dependency serves code of its own; a renamed one is known by its new name.
 #[test]
 fn detects_dependencies_of_the_wrong_kind() {
     let sections = "[dependencies]\ndeep = \"1\"\nin_suite = \"1\"\nother = { version = \"1\", package = \"a\" }\n\

@@ -1,4 +1,5 @@
-//! Words that docs/glossary.md replaces do not come back: neither in declared names, nor in the prose of doc comments and documents.
+//! Words that docs/glossary.md replaces do not return: neither in declared names, nor in the prose of doc comments and
+//! documents.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -9,15 +10,15 @@ use crate::ci::documents;
 use crate::layers::all_files;
 use crate::root;
 
-/// A word that stands for something that has another name.
+/// A banned word.
 struct Banned {
     /// Forms of the word, in lower case.
     forms: &'static [&'static str],
     /// The term to use.
     instead: &'static str,
-    /// Folders and files in whose declared names the word is wrong.
+    /// Folders and files in whose declared names the word is banned.
     names: &'static [&'static str],
-    /// Folders and files in whose doc comments and text the word is wrong.
+    /// Folders and files in whose doc comments and text the word is banned.
     prose: &'static [&'static str],
 }
 
@@ -146,17 +147,17 @@ const BANNED: &[Banned] = &[
 /// Names that say nothing alone.
 const EMPTY: &[&str] = &["of", "Of"];
 
-/// Names that may hold a banned word: the name, the word, and why.
+/// Names that may hold a banned word: the name, the word, and the reason.
 const EXEMPT: &[(&str, &str, &str)] = &[("SEAM", "seam", "the seam of the frames of a sphere of directions")];
 
-/// Most exemptions.
+/// Largest number of exemptions.
 const MAX_EXEMPT: usize = 15;
 
 /// Keywords before a declared name.
 const DECLARING: [&str; 11] =
     ["struct", "enum", "union", "trait", "fn", "const", "static", "type", "mod", "let", "for"];
 
-/// Words of an identifier, in lower case: of `max_treeNodes`, max, tree and nodes.
+/// Splits an identifier into words in lower case: `max_treeNodes` into max, tree and nodes.
 fn words(identifier: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut was_lower = false;
@@ -176,7 +177,7 @@ fn words(identifier: &str) -> Vec<String> {
 /// Names and prose of a source.
 #[derive(Default)]
 struct Text {
-    /// Identifiers behind a keyword that declares them, fields, parameters and variants.
+    /// Identifiers behind a declaring keyword, and names of fields, parameters and variants.
     names: BTreeSet<String>,
     /// Doc comments.
     prose: Vec<String>,
@@ -211,7 +212,7 @@ impl Text {
                     }
                     if DECLARING.contains(&name.as_str()) {
                         let is_path = is_sign(next + 1, ':') && !is_colon(next + 1);
-                        // Tests are sentences.
+                        // Names of tests are sentences.
                         let is_test = name == "fn" && std::mem::take(&mut test_follows);
                         self.names.extend(ident(next).filter(|_| !is_path && !is_test));
                         enum_follows = name == "enum";
@@ -263,7 +264,7 @@ fn words_of_prose(text: &str) -> Vec<String> {
     words.flat_map(|word| word.split(['-', '.'])).map(str::to_lowercase).collect()
 }
 
-/// Banned words of a file, whose path is from the root of the repository: what, where, instead.
+/// Banned words of a file, by its path from the root of the repository, each with the term to use.
 fn faults(banned: &[Banned], path: &str, names: &BTreeSet<String>, prose: &[String]) -> Vec<String> {
     let is_below = |folders: &[&str]| folders.iter().any(|folder| Path::new(path).starts_with(folder));
     let mut faults: Vec<String> = (names.iter().filter(|name| EMPTY.contains(&name.as_str())))
@@ -307,7 +308,7 @@ fn names_and_prose_hold_no_word_that_the_glossary_replaces() {
 }
 
 #[test]
-fn exemptions_are_few_and_needed() {
+fn exemptions_are_at_most_15_and_used() {
     assert!(EXEMPT.len() <= MAX_EXEMPT);
     let sources = CODE.iter().flat_map(|folder| all_files(&root().join(folder)));
     let names: BTreeSet<String> =
@@ -353,7 +354,7 @@ fn detects_banned_words_in_names_and_prose_of_their_folders_alone() {
 }
 
 #[test]
-fn identifiers_fall_into_words() {
+fn identifiers_are_split_into_words() {
     assert_eq!(words("max_tree_nodes"), ["max", "tree", "nodes"]);
     assert_eq!(words("BvhNode"), ["bvh", "node"]);
     assert_eq!(words("TREE_STACK"), ["tree", "stack"]);

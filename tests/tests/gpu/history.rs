@@ -1,4 +1,5 @@
-//! Parity tests of the histories: a frame of an animation step by step on equal inputs, and a few frames on each runner's own.
+//! Parity tests of the histories: a frame of an animation step by step on equal inputs, and a few frames on each runner's
+//! own buffers.
 
 mod path;
 mod sequence;
@@ -21,7 +22,7 @@ use caustics_tests::gpu::{Gpu, watched_gpu};
 use caustics_tests::parity::{RunnerPair, load};
 use caustics_tests::table::Table;
 
-/// Frames a second.
+/// Frames per second.
 const RATE: f64 = 30.0;
 
 /// An animation on two runners.
@@ -30,14 +31,14 @@ struct Animation {
     config: RenderConfig,
     runners: RunnerPair,
     uploads: [Upload; 2],
-    /// The eye of the frame before.
+    /// The camera of the last frame.
     camera: Camera,
     /// Whether path-traced light outlives its frame.
     keeps_path: bool,
 }
 
 impl Animation {
-    /// Opens both with the buffers of every history.
+    /// Opens both runners with the buffers of every history.
     fn open(gpu: &Gpu, hardware: bool, scene: &str, light_paths: u32) -> Animation {
         let config = RenderConfig {
             width: 160,
@@ -48,7 +49,7 @@ impl Animation {
             ..RenderConfig::default()
         };
         let scene = load(scene);
-        // This one needs what any of the others needs.
+        // This scene needs all features that the others need.
         let kernels = load("animated-light").features(config.specular_roughness);
         let runners = RunnerPair::with(gpu, hardware, &scene, &config, kernels);
         let uploads = [Upload::new(&scene), Upload::new(&scene)];
@@ -56,7 +57,7 @@ impl Animation {
         Animation { scene, config, runners, uploads, camera, keeps_path: false }
     }
 
-    /// Starts again, with nothing to remember.
+    /// Restarts the animation without a history.
     fn restart(&mut self, history: &'static History) {
         self.config.history = history;
         let forget = history::ALL.iter().flat_map(|history| history.forget);
@@ -64,7 +65,7 @@ impl Animation {
         self.runners.run(&FrameParams::default(), &forget);
     }
 
-    /// Brings both runners to a frame; its settings.
+    /// Poses both runners at a frame and returns its parameters.
     fn pose(&mut self, frame: u32) -> FrameParams {
         self.scene.pose(f64::from(frame) / RATE).expect("a pose");
         let [cpu, gpu] = &mut self.uploads;
@@ -87,18 +88,18 @@ impl Animation {
     }
 }
 
-/// A lamp that swings; then a plate that carries a lamp and a ring along, by the same kernels in software. One light path in a
-/// hundred meets the ring.
+/// Compares a swinging light, then a plate that carries a light and a ring, by the same kernels in software. One light
+/// path in a hundred meets the ring.
 #[test]
-fn runners_agree_on_light_that_moves_and_is_carried_along() {
+fn histories_agree_under_a_moving_light_and_on_a_moving_plate() {
     let Some(gpu) = watched_gpu() else { return };
     runners_agree(&gpu, gpu.tracers(), "animated-light", 30_000);
     runners_agree(&gpu, &[false], "moving-receiver", 200_000);
 }
 
-/// Path-traced light that is kept: below a lamp that swings it is never old enough to know its variance, before a camera that moves it is.
+/// Below a swinging light the history is never old enough to know its variance; under a moving camera it is.
 #[test]
-fn runners_agree_on_path_traced_light_that_is_kept() {
+fn path_history_agrees_under_a_moving_light_and_camera() {
     let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
         path::steps_agree(&mut Animation::open(&gpu, hardware, "animated-light", 1000), &["path_noise"]);
@@ -106,9 +107,9 @@ fn runners_agree_on_path_traced_light_that_is_kept() {
     }
 }
 
-/// What pixels show, and how it moves: behind a camera that moves, and on a plate that does.
+/// Compares auxiliary layers and motion, under a moving camera and on a moving plate.
 #[test]
-fn runners_agree_on_what_pixels_show() {
+fn auxiliary_layers_agree_under_motion() {
     const REASON: &str = "the parity rule: 0.2 % of the paths may diverge";
     let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
@@ -123,7 +124,7 @@ fn runners_agree_on_what_pixels_show() {
             assert!(moving > cpu.len() / 20, "{scene}: {moving}");
             let words = Tolerance::EXACT.except(2.0e-3, REASON);
             let near = Tolerance::relative(1.0e-3, 0.0, REASON).except(2.0e-3, REASON);
-            // Pixels: a difference of two positions in the image.
+            // In pixels: a difference of two positions in the image.
             let motion = Tolerance { absolute: 1.0e-2, ..near };
             let tolerance = |name: &str| if name == "motion" { motion } else { near };
             let mut table = Table::new(&format!("{scene}, what pixels show (hardware {hardware})"));
@@ -187,7 +188,7 @@ mod long {
 
     #[test]
     #[ignore = "half a minute on lavapipe"]
-    fn ray_queries_agree_on_light_that_is_carried_along() {
+    fn histories_agree_by_ray_queries_on_a_moving_plate() {
         let Some(gpu) = watched_gpu() else { return };
         if gpu.info.ray_queries {
             runners_agree(&gpu, &[true], "moving-receiver", 200_000);

@@ -1,4 +1,4 @@
-//! A GPU against the CPU, pass by pass and frame by frame, and what the Vulkan side promises beyond.
+//! A GPU against the CPU, pass by pass and frame by frame, and further guarantees of the Vulkan runner.
 
 mod history;
 mod parity;

@@ -1,4 +1,4 @@
-//! Parity tests: the same inputs through the CPU runner and the GPU runner, pass by pass and frame by frame.
+//! Parity tests: equal inputs through the CPU runner and the GPU runner, pass by pass and frame by frame.
 
 mod frames;
 mod passes;
@@ -28,7 +28,7 @@ fn config() -> RenderConfig {
     }
 }
 
-/// What textures, things that blend and dispersive glass need together: their tests share kernels.
+/// Features that textures, blended surfaces and dispersive glass need together: their tests share kernels.
 fn rich() -> Features {
     needs(&[load("textured-room"), blended_room().build(), dispersive_room()], &config())
 }
@@ -50,7 +50,7 @@ fn steps_and_passes_agree() {
     }
 }
 
-/// Textures, normal maps, emission and holes, by both tracers.
+/// Compares textures, normal maps, emission and holes, by both tracers.
 #[test]
 fn textured_steps_and_passes_agree() {
     let Some(gpu) = gpu() else { return };
@@ -64,15 +64,15 @@ fn textured_steps_and_passes_agree() {
         steps::hit(&mut runners, &scene, &mut table);
         steps::scatter(&mut runners, &scene, &mut table);
         steps::emit(&mut runners, &scene, &mut table);
-        // Aimed paths leave lamps both ways, by power and towards something.
+        // Aimed paths start in both ways: by power, and in an emission cone.
         passes::frame(&mut runners, &scene, &AIMED, &mut table);
         table.finish();
     }
 }
 
-/// What is there of what blends is so for both runners and both tracers.
+/// A blended surface blocks the same rays on both runners and on both tracers.
 #[test]
-fn what_blends_agrees() {
+fn blended_surfaces_agree_on_every_tracer() {
     let Some(gpu) = gpu() else { return };
     let scene = blended_room().build();
     for &hardware in gpu.tracers() {
@@ -87,9 +87,9 @@ fn what_blends_agrees() {
     }
 }
 
-/// Colours part alike on both: whole paths draw and keep the same channels.
+/// Both runners sample and keep the same channels along whole paths.
 #[test]
-fn what_disperses_agrees() {
+fn dispersive_glass_agrees_in_sampled_channels() {
     let Some(gpu) = gpu() else { return };
     let scene = dispersive_room();
     for &hardware in gpu.tracers() {

@@ -1,4 +1,5 @@
-//! What the Vulkan side promises beyond equal numbers: plain devices, large frames, small buffers, fresh kernels.
+//! Guarantees of the Vulkan runner beyond equal numbers: devices without ray queries, large frames, small buffers,
+//! fresh kernels.
 
 use caustics::kernels::Source;
 use caustics::render_config::{Paths, RenderConfig};
@@ -14,7 +15,7 @@ use caustics_kernels::method::frame::frame_buffers;
 use caustics_tests::gpu::watched_gpu;
 use caustics_tests::parity::load;
 
-/// The talk's size of image, with fewer light paths than its 1024^2.
+/// Size of the talk's image, with fewer light paths than its 1024^2.
 fn full() -> RenderConfig {
     RenderConfig {
         width: 1920,
@@ -54,7 +55,7 @@ fn base_module_renders_on_a_device_without_ray_queries() {
 fn module_with_ray_queries_is_refused_on_a_device_without() {
     let Some(gpu) = watched_gpu() else { return };
     let modules = Source::from_environment().modules().unwrap();
-    // As `base`, the module is loaded although the device was opened without the feature.
+    // Pass the module as `base`: it loads although the device lacks the feature.
     let options =
         DeviceOptions { validation: gpu.validation, base: modules.rayquery, ..DeviceOptions::default() };
     let scene = load("plain-room");
@@ -119,7 +120,7 @@ fn full_hd_buffers_stay_within_128_mib() {
 }
 
 #[test]
-fn kernels_that_cannot_be_read_are_refused_with_what_to_do() {
+fn missing_kernel_folder_is_refused_with_a_remedy() {
     let scene = load("plain-room");
     let open = |choice| session::open(&choice, &scene, scene.features(0.25), &[]).map(|_| ());
     let kernels = Source::Folder("no such folder".into());
@@ -131,8 +132,8 @@ fn kernels_that_cannot_be_read_are_refused_with_what_to_do() {
 }
 
 #[test]
-fn embedded_kernels_are_fresh() {
-    // In a checkout whose kernels changed, every GPU test would be skipped: say so here.
+fn embedded_kernels_match_their_sources() {
+    // Where the kernels' sources changed, every GPU test would be skipped: report it here.
     if let Err(error) = Source::Embedded.modules() {
         panic!("{error}");
     }

@@ -1,4 +1,4 @@
-//! Emissions that aim, and those that also learn: samples against their density, and light against that of emission by power.
+//! Aimed and guided emission: samples against their density, and flux against that of emission by power.
 
 use std::f64::consts::PI;
 
@@ -21,8 +21,8 @@ use glam::{DVec3, Vec3};
 const SAMPLES: u32 = 600_000;
 const CELLS: SphereCells = SphereCells { rows: 32, columns: 32 };
 
-/// Two spheres that overlap as seen from the origin, a small one far away, one that is hidden, one too near to have a cone, and
-/// one that holds the origin.
+/// Spheres as seen from the origin: two that overlap, a small distant one, and a hidden one. One is too near to have a
+/// cone, and one holds the origin.
 fn casters() -> Casters {
     let spheres = [
         (Vec3::new(0.0, -2.0, 0.3), 0.9),
@@ -39,7 +39,7 @@ fn casters() -> Casters {
     casters
 }
 
-/// A world with one light and these casters, which nothing stands in.
+/// A world with one light and these casters, whose spheres are empty.
 fn world(b: Builder, test: impl FnOnce(&World<'_>)) {
     let mut b = b;
     b.camera(DVec3::ZERO, DVec3::Z, 1.0);
@@ -56,15 +56,15 @@ fn far_floor() -> Builder {
     b
 }
 
-/// Density (1/sr) of directions from `from`, of a light that takes them with the density `by_power`; in f64, apart from the
-/// kernels'.
+/// Density (1/sr) of directions from `from`, for a light that samples them with the density `by_power`; in f64,
+/// independent of the kernels.
 fn density(casters: &Casters, from: DVec3, direction: DVec3, by_power: f64) -> f64 {
     let count = casters.count as usize;
     let (mut whole, mut aimed, mut weights) = (0.0, 0.0, 0.0);
     for sphere in casters.spheres[..count].iter().filter(|sphere| sphere.radius > 0.0) {
         let along = sphere.centre.as_dvec3() - from;
         let cos = (1.0 - (f64::from(sphere.radius) / along.length()).powi(2)).sqrt();
-        // Holds the position (no root), or wider than a quarter of all directions.
+        // It holds the position (no root), or is wider than a quarter of all directions.
         let has_cone = !cos.is_nan() && cos >= 0.5;
         let weight = if has_cone { (1.0 - cos).sqrt() } else { 1.0 };
         weights += weight;
@@ -85,7 +85,7 @@ struct Maps {
 }
 
 impl Maps {
-    /// Texels by their map and index, shares by their map; both are scaled to what they must be.
+    /// Fills texels by their map and index, and shares by their map; both are scaled to what they must sum to.
     fn new(world: &World<'_>, texel: impl Fn(u32, u32) -> f32, share: impl Fn(u32) -> f32) -> Maps {
         let count = map_count(&world.params);
         let mut pyramid = vec![0.0f32; (count * GuidingPyramid::NODES) as usize];
@@ -109,7 +109,8 @@ impl Maps {
         Maps { maps: maps.collect(), pyramid }
     }
 
-    /// Half of the texels empty, the others of any size; shares of any size, one map never sampled from.
+    /// Random maps. Half of the texels are empty, the others have any size; shares have any size, and one map is never
+    /// sampled.
     fn any(world: &World<'_>) -> Maps {
         let number = |a: u32, b: u32| Rng::new(Stream::Camera, 5, a, b).next4();
         let texel = |map: u32, texel: u32| {
@@ -123,7 +124,8 @@ impl Maps {
         Guided { power: world.by_power(), maps: &self.maps, pyramid: &self.pyramid }
     }
 
-    /// Density (1/sr) of a direction from the origin, where a point light is alone; in f64, apart from how a texel is found.
+    /// Density (1/sr) of a direction from the origin under a single point light; in f64, independent of the search for
+    /// a texel.
     fn density(&self, casters: &Casters, direction: Vec3, cones: f64) -> f64 {
         let light = Light::default();
         let maps = f64::from(casters.count + 1);
@@ -158,10 +160,10 @@ fn sample(emit: &(impl Emit + ?Sized), path: u32) -> EmissionSample {
     emit.sample(&mut rng)
 }
 
-/// Directions of a point light fall into cells as the density says, and each carries its intensity over that density. A density
-/// whose cones are off by 5 % does not fit.
+/// Directions of a point light fall into cells by their density, and each carries its intensity over that density. A
+/// density whose cones are off by 5 % does not fit.
 #[test]
-fn directions_follow_the_density_that_their_flux_is_divided_by() {
+fn aimed_directions_follow_the_density_that_divides_their_flux() {
     let mut b = far_floor();
     b.light(DVec3::ZERO, 3.0);
     world(b, |world| {
@@ -196,9 +198,9 @@ fn directions_follow_the_density_that_their_flux_is_divided_by() {
     });
 }
 
-/// The same of guided starts by any maps.
+/// Directions of guided starts by random maps follow their density in the same way.
 #[test]
-fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
+fn guided_directions_follow_the_density_that_divides_their_flux() {
     let mut b = far_floor();
     b.light(DVec3::ZERO, 3.0);
     world(b, |world| {
@@ -232,7 +234,7 @@ fn guided_directions_follow_the_density_that_their_flux_is_divided_by() {
     });
 }
 
-/// The flux of all emissions in every cell of directions and, of parallel light, of positions; and in all of them.
+/// Compares the flux of all emissions in every cell of directions or, for parallel light, of positions; and the total.
 fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, count: usize) {
     world(b, |world| {
         let sums = |emit: &dyn Fn(u32) -> EmissionSample| {
@@ -251,7 +253,7 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
                 .map(|[sum, squares]| (sum / n, (squares / n - (sum / n).powi(2)) / n))
                 .collect::<Vec<_>>()
         };
-        // All that is known lies where nothing is.
+        // Put all weight of the maps where no caster is.
         let poisoned = Maps::new(world, |_, texel| f32::from(texel == 0), |map| f32::from(map == 0) + 1e-6);
         let (aimed, any) = (Aimed { power: world.by_power() }, Maps::any(world));
         let emissions: [(&str, &dyn Emit); 3] = [
@@ -272,7 +274,7 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
             let whole = (a[count].0 / b[count].0 - 1.0).abs();
             println!("{what}, {name}: {} cells, worst {worst:.2} sigma; in all {whole:.5} apart", z.len());
             assert!(worst < 4.5 && z.len() > 20, "{what}, {name}");
-            // No start is heavier than 8 times its weight by power.
+            // No start weighs more than 8 times its weight by power.
             let heaviest = (0..SAMPLES).map(|path| sample(emit, path).flux.x).fold(0.0, f32::max);
             let max_flux = (0..1000).map(|path| sample(&world.by_power(), path).flux.x).fold(0.0, f32::max);
             assert!(heaviest <= max_flux / BY_POWER * 1.0001, "{what}, {name}: {heaviest} of {max_flux}");
@@ -280,9 +282,9 @@ fn is_the_same(what: &str, b: Builder, cell: impl Fn(&EmissionSample) -> usize, 
     });
 }
 
-/// Every type of light, seen by the same casters.
+/// Tests every type of light with the same casters.
 #[test]
-fn starts_carry_the_light_of_starts_by_power() {
+fn aimed_and_guided_emission_carry_the_flux_of_emission_by_power() {
     let directions = |emission: &EmissionSample| CELLS.cell_index(emission.ray.direction);
     let mut point = far_floor();
     point.light(DVec3::ZERO, 3.0);
@@ -290,7 +292,7 @@ fn starts_carry_the_light_of_starts_by_power() {
     let mut spot = far_floor();
     spot.spot(DVec3::ZERO, DVec3::new(0.2, -1.0, 0.1), 0.3, 0.8, 3.0);
     is_the_same("spot", spot, directions, CELLS.count());
-    for (what, material) in [("lamp", emitter(2.0)), ("lamp of two sides", emitter_both(2.0))] {
+    for (what, material) in [("area light", emitter(2.0)), ("two-sided light", emitter_both(2.0))] {
         let mut area = far_floor();
         let light = area.material(material);
         // It reaches into the sphere that holds the origin, and beyond.
@@ -306,7 +308,7 @@ fn starts_carry_the_light_of_starts_by_power() {
         24 * cell(along.x) + cell(along.z)
     };
     is_the_same("directional", parallel, positions, 24 * 24);
-    // Two hundred of very different power, in groups.
+    // Two hundred lights of very different power, in groups.
     let mut many = far_floor();
     for id in 0..200 {
         let at = DVec3::new(f64::from(id % 7) * 0.02, f64::from(id % 5) * 0.02, f64::from(id % 3) * 0.02);
@@ -315,9 +317,9 @@ fn starts_carry_the_light_of_starts_by_power() {
     is_the_same("many", many, directions, CELLS.count());
 }
 
-/// Without casters, and where none has a cone, it is emission by power.
+/// Without casters, and where no caster has a cone, aimed emission is emission by power.
 #[test]
-fn nothing_to_aim_at_is_emission_by_power() {
+fn aimed_emission_without_casters_or_cones_is_by_power() {
     let mut b = far_floor();
     let light = b.material(emitter(2.0));
     b.panel(light, DVec3::ZERO, DVec3::X, DVec3::Z);

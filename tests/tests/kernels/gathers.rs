@@ -1,4 +1,5 @@
-//! O11: every gather is brute force, bit for bit, over whatever points and photons there are.
+//! Every gather matches brute force bit for bit over any points and photons (O11 of
+//! `tests/tests/light/known_answers.rs`).
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
 use caustics::render_config::{Paths, RenderConfig};
@@ -28,7 +29,7 @@ use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
-/// Points and photons that a gather is asked for.
+/// Points and photons for a gather.
 #[derive(Debug)]
 struct Case {
     points: Vec<PointGeometry>,
@@ -36,7 +37,7 @@ struct Case {
     photons: Photons,
 }
 
-/// A scene for its tables: Lambert, rough metal, coat.
+/// A scene for its table of materials: Lambert, rough metal, coat.
 fn materials_scene() -> Scene {
     let mut b = Builder::default();
     let ids = [lambert(0.7), metal(0.9, 0.5), coated(0.5, 0.4)].map(|material| b.material(material));
@@ -63,8 +64,8 @@ fn params(scene: &Scene, pixels: u32, photons: u32) -> FrameParams {
     }
 }
 
-/// Random points, radii over six orders of magnitude, a share of them missing; photons near and far, duplicated,
-/// and such that lie a radius away to the bit.
+/// Random points with radii over six orders of magnitude, a share of them missing. Photons are near and far,
+/// duplicated, and a radius away to the bit.
 fn random_case(seed: u32, point_count: u32, photon_count: u32, missing: f32, spread: f32) -> Case {
     let mut rng = Rng::new(Stream::Camera, seed, 0, 0);
     let (mut points, mut shadings) = (Vec::new(), Vec::new());
@@ -97,9 +98,9 @@ fn random_case(seed: u32, point_count: u32, photon_count: u32, missing: f32, spr
         let tangent = near.normal.any_orthonormal_vector();
         let turn = tangent * (2.0 * a.y - 1.0) + near.normal.cross(tangent) * (2.0 * a.z - 1.0);
         let position = match (b.x * 4.0) as u32 {
-            // In and about the disc.
+            // Inside and around the disc.
             0 => near.position + (turn + near.normal * (0.3 * b.y - 0.15)) * near.radius,
-            // At its bound, as well as f32 can say.
+            // At its bound, to the precision of f32.
             1 => near.position + turn.normalize() * near.radius,
             2 => near.position + Vec3::AXES[(b.y * 2.999) as usize] * near.radius,
             _ => (Vec3::new(b.y, b.z, b.w) - 0.5) * spread,
@@ -129,7 +130,7 @@ fn by_runner(
     let points = cases.iter().map(|case| case.points.len()).max().unwrap_or(0) as u32;
     let photons = cases.iter().map(|case| case.photons.len()).max().unwrap_or(0);
     let params = params(scene, points, photons);
-    // The given photons stand in for the light paths.
+    // The given photons replace the light paths.
     let mut steps = vec![Step::Clear { buffer: "accumulator" }];
     steps.extend(gather::prepare(variant, &params));
     steps.extend(gather::exchange(variant, &params));
@@ -157,7 +158,7 @@ fn by_brute(scene: &Scene, case: &Case) -> Vec<u32> {
     direct::gather(&BRUTE, points, shadings, &case.photons, &scene.materials, Features::ALL, &params)
 }
 
-/// Whether a variant's words are those expected.
+/// Asserts that a variant's words are the expected ones.
 fn assert_equal(variant: &Variant, words: &[u32], expected: &[u32], case: &Case) {
     for (pixel, (got, want)) in words.chunks(WORDS as usize).zip(expected.chunks(WORDS as usize)).enumerate()
     {
@@ -176,9 +177,9 @@ fn all_agree(scene: &Scene, case: &Case) -> Vec<u32> {
     expected
 }
 
-/// Every variant on the GPU, by the words of brute force there: a device rounds in its own way, but in one way.
+/// Compares every variant on the GPU with brute force there: a device rounds in its own way, but in one way.
 #[test]
-fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
+fn every_gather_on_the_gpu_matches_brute_force_to_the_bit() {
     let Some(gpu) = gpu() else { return };
     let scene = materials_scene();
     let case = |(seed, spread)| random_case(seed, 300, 500, if seed == 4 { 0.9 } else { 0.1 }, spread);
@@ -188,7 +189,7 @@ fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
         let expected = by_runner(&choice, &BRUTE, &scene, &cases);
         let taken: usize = expected.iter().map(|words| takers(words)).sum();
         println!("{taken} points take photons");
-        assert!(taken > 500, "the test has lost its subject");
+        assert!(taken > 500, "the test has nothing to check");
         for variant in variant::ALL.iter().filter(|variant| hardware || !variant.hardware) {
             let found = by_runner(&choice, variant, &scene, &cases);
             println!("{} (hardware {hardware})", variant.name);
@@ -199,18 +200,19 @@ fn every_gather_on_the_gpu_finds_what_brute_force_finds() {
     }
 }
 
-/// A variant from outside of the kernels: `CONTRIBUTING.md` shows it, `.ci/new-variant` puts its file into the kernels.
+/// Example variant outside of the kernels: `CONTRIBUTING.md` quotes it, and `.ci/new-variant` copies it into the
+/// kernels.
 #[path = "../../example_variants/stripes.rs"]
 mod stripes;
 
-/// Its passes, which the list of the kernels makes for their own.
+/// Its passes; the list of the kernels generates them for variants of its own.
 mod stripes_passes {
     caustics_kernels::index_pass!(stripes, super::stripes::Stripes);
     caustics_kernels::gather_pass!(stripes, super::stripes::Stripes);
 }
 
 #[test]
-fn a_variant_from_outside_runs_on_the_cpu() {
+fn example_gather_matches_brute_force_on_the_cpu() {
     static STRIPES: Variant = Variant {
         index: &stripes_passes::INDEX,
         gather: &stripes_passes::GATHER,
@@ -223,7 +225,7 @@ fn a_variant_from_outside_runs_on_the_cpu() {
         let words = by_runner(&cpu, &STRIPES, &scene, std::slice::from_ref(&case)).remove(0);
         assert_equal(&STRIPES, &words, &by_brute(&scene, &case), &case);
     }
-    // And in a frame, as any other.
+    // Compare a whole frame too.
     let scene = committed("mirror-room");
     let config =
         RenderConfig { width: 80, height: 45, light_paths: Paths::Count(30_000), ..RenderConfig::default() };
@@ -245,7 +247,7 @@ fn a_variant_from_outside_runs_on_the_cpu() {
     assert!(image(&STRIPES) == image(&BRUTE));
 }
 
-/// A gather that forgets one photon in a thousand.
+/// A gather that skips one photon in a thousand.
 mod careless {
     use super::*;
 
@@ -262,13 +264,13 @@ mod careless {
     caustics_kernels::gather_pass!(careless, Careless);
 }
 
-/// It is found out.
+/// Its sums differ from those of brute force.
 #[test]
-fn detects_a_gather_that_misses_a_deposit() {
+fn detects_a_gather_that_misses_one_photon() {
     static CARELESS: Variant = Variant { gather: &careless::GATHER, ..careless::Careless::VARIANT };
     let scene = materials_scene();
     let mut case = random_case(1, 300, 600, 0.1, 1.0);
-    // One that is taken.
+    // A photon that the point takes.
     case.photons.geometry[500] = PhotonGeometry {
         position: case.points[0].position,
         normal: case.points[0].normal,
@@ -289,7 +291,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn every_gather_finds_what_brute_force_finds(
+    fn every_gather_matches_brute_force_to_the_bit(
         seed in any::<u32>(), points in 1_u32..400, photons in 1_u32..600, spread in -2.0_f32..3.0,
     ) {
         let case = random_case(seed, points, photons, 0.1, 10.0_f32.powf(spread));
@@ -297,13 +299,13 @@ proptest! {
     }
 
     #[test]
-    fn every_gather_does_without_nine_points_in_ten(seed in any::<u32>()) {
+    fn every_gather_matches_brute_force_with_nine_points_in_ten_missing(seed in any::<u32>()) {
         let case = random_case(seed, 300, 300, 0.9, 1.0);
         all_agree(&materials_scene(), &case);
     }
 
     #[test]
-    fn boxes_hold_every_deposit_taken(seed in any::<u32>(), spread in -2.0_f32..3.0) {
+    fn point_boxes_contain_every_photon_taken(seed in any::<u32>(), spread in -2.0_f32..3.0) {
         let case = random_case(seed, 200, 400, 0.0, 10.0_f32.powf(spread));
         for point in &case.points {
             let b = bound(point);
@@ -316,7 +318,7 @@ proptest! {
 }
 
 #[test]
-fn random_cases_have_what_they_test() {
+fn random_cases_have_photons_inside_and_at_the_bound_of_discs() {
     let case = random_case(1, 300, 600, 0.1, 1.0);
     let words = by_brute(&materials_scene(), &case);
     let taken: u32 = words.chunks(WORDS as usize).map(|point| point[WORDS as usize - 1]).sum();
@@ -332,7 +334,7 @@ fn random_cases_have_what_they_test() {
 }
 
 #[test]
-fn nothing_and_little_are_gathered_alike() {
+fn gathers_agree_without_photons_without_points_and_with_one_photon() {
     let scene = materials_scene();
     let mut case = random_case(2, 100, 50, 0.3, 1.0);
     let one = (case.photons.geometry[0], case.photons.light[0]);
@@ -344,9 +346,9 @@ fn nothing_and_little_are_gathered_alike() {
     assert_eq!(takers(&all_agree(&scene, &case)), 0);
 }
 
-/// 1e6 equal photons in one spot: the sum is the integer product, on any number of threads.
+/// The sum of 1e6 equal photons at one position is the integer product, on any number of threads.
 #[test]
-fn many_deposits_in_one_spot_sum_exactly() {
+fn million_photons_at_one_position_sum_exactly() {
     let scene = materials_scene();
     let point = PointGeometry { position: Vec3::ONE, radius: 0.01, normal: Vec3::Y, depth: 1 };
     let shading = PointShading {
@@ -377,9 +379,9 @@ fn many_deposits_in_one_spot_sum_exactly() {
     assert_eq!(words[6], 1_000_000);
 }
 
-/// The disc test rounds: a photon a hair beyond the radius is taken, and its cell may be the next one.
+/// The disc test rounds: it takes a photon slightly beyond the radius, whose cell may be the next one.
 #[test]
-fn every_gather_takes_what_rounding_puts_into_the_disc() {
+fn every_gather_takes_a_photon_that_rounding_puts_into_the_disc() {
     let scene = materials_scene();
     let point = PointGeometry { position: Vec3::new(0.3, 0.5, 0.5), radius: 0.3, normal: Vec3::Z, depth: 1 };
     let shading = PointShading {
@@ -394,17 +396,17 @@ fn every_gather_takes_what_rounding_puts_into_the_disc() {
     let b = bound(&point);
     assert!(geometry.position.cmpge(b.0).all() && geometry.position.cmple(b.1).all());
     let mut photons = Photons::default();
-    // Enough of them that the grid is looked up by cells.
+    // Enough photons that the grid is searched by cells.
     let light = PhotonLight { to_light: Vec3::Z, flux: Vec3::ONE, ..PhotonLight::default() };
     (0..100).for_each(|_| photons.push(geometry, light));
     all_agree(&scene, &Case { points: vec![point], shadings: vec![shading], photons });
 }
 
 #[test]
-fn gathers_agree_on_real_scenes() {
+fn gathers_agree_to_the_bit_on_committed_scenes() {
     for name in ["mirror-room", "ring"] {
         let scene = committed(name);
-        // Of more photons than those of casters that are met first.
+        // Gather more photons than those of casters that are met first.
         let (light_paths, caustics) = (30_000, Caustics::Any);
         let config = RenderConfig {
             width: 80,
@@ -422,7 +424,7 @@ fn gathers_agree_on_real_scenes() {
             let (image, _) = render(&scene, &config, variant.name, None, 0, 1).remove(0);
             let taken: f32 = image.photons.iter().sum();
             println!("{name}, {}: {taken} photons taken", variant.name);
-            assert!(taken > 300.0, "the test has lost its subject");
+            assert!(taken > 300.0, "the test has nothing to check");
             let first = first.get_or_insert_with(|| image.clone());
             assert!(*first == image, "{name}: {} differs", variant.name);
         }

@@ -1,5 +1,5 @@
-//! Meshes that are stored once against copies of them in the world: textures, normal maps, holes, curved glass, mirrored and
-//! stretched at positions of their own.
+//! Meshes that are stored once against copies of them in world space, at positions of their own. They have textures,
+//! normal maps, holes and curved glass; some are mirrored or stretched.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{LoadOptions, Scene};
@@ -20,7 +20,7 @@ use caustics_tests::scenes::copied;
 use glam::Vec3;
 use serde_json::{Value, json};
 
-/// `textured-room` with three small copies of all that does not emit, stored as copies or once.
+/// `textured-room` with three small copies of all non-emissive meshes, stored as copies or once.
 fn rooms() -> [Scene; 2] {
     let (folder, mut document) = copied("textured-room");
     let path = folder.path().join("scene.gltf");
@@ -53,14 +53,14 @@ fn rooms() -> [Scene; 2] {
         .map(|copies| Scene::load_with(&path, &LoadOptions { copies, ..LoadOptions::default() }).unwrap())
 }
 
-/// The middle of the triangle that was hit, in the world.
+/// Middle of the triangle of a hit, in world space.
 fn middle(scene: &Scene, hit: &Hit) -> Vec3 {
     let t = scene.world_triangle(hit.instance, hit.triangle);
     (t.a + t.b + t.c) / 3.0
 }
 
 #[test]
-fn a_mesh_is_stored_once_and_stands_in_many_places() {
+fn mesh_of_four_nodes_is_stored_once() {
     let [copied, stored] = rooms();
     assert!(copied.instanced.instances.is_empty());
     assert_eq!(stored.instanced.instances.len(), 4 * stored.instanced.meshes.len());
@@ -74,7 +74,7 @@ fn a_mesh_is_stored_once_and_stands_in_many_places() {
 }
 
 #[test]
-fn hits_and_vertices_are_those_of_copies() {
+fn hits_and_vertices_of_instances_match_those_of_copies() {
     let [copied, stored] = rooms();
     let shift = (stored.origin - copied.origin).as_vec3();
     let (mut copies, mut instances) =
@@ -110,7 +110,7 @@ fn hits_and_vertices_are_those_of_copies() {
         assert!(near(v.curvature, w.curvature), "{v:?} {w:?}");
         assert!(near(v.uv_footprint, w.uv_footprint), "{v:?} {w:?}");
         assert!((0.5..2.0).contains(&(w.clearance / v.clearance)), "{v:?} {w:?}");
-        // The normal map's texels amplify what is left of a difference.
+        // The normal map's texels amplify the remaining difference.
         let bend = (v.shading_normal - w.shading_normal).length();
         assert!(bend < 2e-2, "{bend}: {v:?} {w:?}");
         let step = 0.01 * v.face_normal.any_orthonormal_vector();
@@ -125,7 +125,7 @@ fn hits_and_vertices_are_those_of_copies() {
 }
 
 #[test]
-fn pictures_are_those_of_copies() {
+fn images_of_instances_match_those_of_copies() {
     let mut seed = 0;
     let [copied, stored] = rooms().map(|scene| {
         seed += 1;
@@ -145,7 +145,7 @@ fn pictures_are_those_of_copies() {
     assert!(copied.caustic_share > 1e-3);
 }
 
-/// On a device a bottom level serves several instances.
+/// On a device one bottom-level structure serves several instances.
 #[test]
 fn runners_agree_on_instances() {
     let Some(gpu) = gpu() else { return };

@@ -21,7 +21,8 @@ fn viewer(cos: f32) -> Vec3 {
     Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
 }
 
-/// All lobes of a material, seen from a direction; with `divides`, their choice has a known probability for each class.
+/// All lobes of a material, seen from a direction; with `divides`, the choice among them has a known probability for
+/// each class.
 fn seen_from(material: Material, to_previous: Vec3, eta: f32, divides: bool) -> (Bsdf, DielectricInterface) {
     Bsdf::new(material, to_previous, Indices::new(eta), 0.25, Classes::ALL, divides, Features::ALL)
 }
@@ -44,9 +45,9 @@ fn albedo(material: Material, cos: f32) -> (f64, f64) {
 
 const COSINES: [f32; 6] = [1.0, 0.8, 0.5, 0.25, 0.1, 0.03];
 
-/// What is sampled at a wall is the same light by the same numbers, whichever side of an axis a rounding puts its normal on.
+/// Equal random numbers sample equal light at a wall, whichever side of an axis a rounding puts its normal on.
 #[test]
-fn frames_of_walls_do_not_hang_on_roundings() {
+fn sampled_directions_do_not_depend_on_roundings_of_an_axis_aligned_normal() {
     for axis in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
         let frame = ShadingFrame::new(axis);
         for nudge in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|nudge| [1e-7 * nudge, -1e-7 * nudge]) {
@@ -67,7 +68,7 @@ fn lambert_reflects_its_albedo() {
 }
 
 #[test]
-fn delta_mirror_and_glass_lose_nothing() {
+fn delta_mirror_and_glass_have_albedo_1() {
     for cos in COSINES {
         let (mean, _) = albedo(metal(1.0, 0.0), cos);
         assert!((mean - 1.0).abs() < 1e-5, "mirror {cos}: {mean}");
@@ -80,7 +81,7 @@ fn delta_mirror_and_glass_lose_nothing() {
                 assert!((sampled.direction.length() - 1.0).abs() < 1e-5);
                 reflected += u32::from(!sampled.transmitted);
                 if sampled.transmitted {
-                    // Snell, on the other side of the normal, in the plane of incidence.
+                    // Snell's law: the direction is on the other side, in the plane of incidence.
                     assert!((sampled.direction.x + eta * viewer(cos).x).abs() < 1e-5);
                     assert!(sampled.direction.z < 0.0 && sampled.direction.y == 0.0);
                 }
@@ -93,7 +94,7 @@ fn delta_mirror_and_glass_lose_nothing() {
     }
 }
 
-/// Single scattering loses what other facets would pass on; nothing is gained.
+/// Single scattering loses light that other facets would scatter on, and gains nothing.
 #[test]
 fn white_metal_never_gains_energy() {
     println!("directional albedo of GGX with F0 = 1; rows: roughness, columns: cosine {COSINES:?}");
@@ -104,7 +105,8 @@ fn white_metal_never_gains_energy() {
             assert!(mean <= 1.0 + 3.0 * error + 1e-5, "roughness {roughness}, cos {cos}: {mean}");
         }
     }
-    // Single-scattering GGX by quadrature over visible normals in f64; seen straight at alpha = 1 it is 1 - ln 2.
+    // Single-scattering GGX by quadrature over visible normals in f64; at normal incidence and alpha = 1 it is 1 - ln
+    // 2.
     let known = [
         (0.25, 1.0, 0.9957),
         (0.25, 0.25, 0.9620),
@@ -119,7 +121,7 @@ fn white_metal_never_gains_energy() {
     }
 }
 
-/// 1e-3 is for the sums in f32.
+/// 1e-3 is for sums in f32.
 #[test]
 fn coat_over_white_lambert_never_gains_energy() {
     println!(
@@ -131,7 +133,7 @@ fn coat_over_white_lambert_never_gains_energy() {
         println!("{roughness:.2}: {}", row.map(|(mean, _)| format!("{mean:.4}")).join(" "));
         worst = row.iter().fold(worst, |worst, (mean, error)| worst.max(mean - 3.0 * error));
     }
-    assert!(worst <= 1.0 + 1e-3, "a coated white surface reflects {worst:.3} of what it gets");
+    assert!(worst <= 1.0 + 1e-3, "a coated white surface reflects {worst:.3} of the light");
 }
 
 #[test]
@@ -161,9 +163,9 @@ fn lobes_are_reciprocal() {
     }
 }
 
-/// f of flux (see `rough_dielectric`) from `a` above to `b` below, and back: f n^2 of the side it leaves to is the same
-/// both ways. 1e-3 is for the facet's normal, which a narrow lobe loses to rounding; facets that light grazes are left
-/// out, since Fresnel's formula has the root of an ulp there.
+/// Flux transport f (see `rough_dielectric`) from `a` above to `b` below and back: f n^2 of the exit side is equal both
+/// ways. 1e-3 is for the facet's normal, which a narrow lobe loses to rounding. Facets at grazing incidence are left
+/// out, because Fresnel's formula has the root of an ulp there.
 #[test]
 fn rough_transmission_is_reciprocal_but_for_the_square_of_the_index() {
     let flip = |v: Vec3| Vec3::new(v.x, v.y, -v.z);

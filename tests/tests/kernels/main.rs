@@ -1,4 +1,4 @@
-//! Single parts of the kernels, each against what it must compute: lobes, textures, media, tracers, gathers.
+//! Single parts of the kernels, each against its known result: lobes, textures, media, tracers, gathers.
 
 mod aimed;
 mod gathers;

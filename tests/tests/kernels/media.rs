@@ -1,5 +1,5 @@
-//! Media: where solids overlap, that of the highest priority is there; and where a surface is open, nothing depends on
-//! where one stands.
+//! Media: where solids overlap, the medium of the highest priority counts; where a surface is open, the light does not
+//! depend on the viewer's position.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
@@ -33,12 +33,12 @@ fn medium(ior: f32, priority: i32) -> Material {
     Material { priority, ..glass(ior) }
 }
 
-/// The same, red absorbed the least [1/m].
+/// A medium that absorbs red the least [1/m].
 fn tinted(ior: f32, priority: i32, sigma: f32) -> Material {
     Material { absorption: sigma * Vec3::new(0.5, 1.0, 2.0), ..medium(ior, priority) }
 }
 
-/// Glass over water on y = -1 to 1; glass reaches down to `bottom`, water up to `top`.
+/// Glass over water on y = -1 to 1. The glass reaches down to `bottom`, the water up to `top`.
 fn plates(glass: Material, water: Material, bottom: f64, top: f64) -> Builder {
     let mut b = Builder::default();
     let (glass, water) = (b.material(glass), b.material(water));
@@ -47,10 +47,10 @@ fn plates(glass: Material, water: Material, bottom: f64, top: f64) -> Builder {
     b
 }
 
-/// Through overlapping plates a line of sight at 45 degrees meets the floor where one interface between glass and water
-/// would send it, whichever of them has the overlap.
+/// A view ray at 45 degrees through overlapping plates meets the floor where a single interface of glass and water
+/// would send it. This holds whichever medium has priority.
 #[test]
-fn overlapping_plates_bend_once() {
+fn overlapping_plates_refract_once() {
     for overlap in [0.001, 0.01, 0.1] {
         for (of_glass, of_water) in [(1, 0), (0, 1)] {
             let (bottom, top) = (-0.5 * overlap, 0.5 * overlap);
@@ -65,7 +65,7 @@ fn overlapping_plates_bend_once() {
                 seen.iter().map(|path| path.point.geometry.position).filter(|position| position.y < -2.9);
             let mut on_floor: Vec<_> = on_floor.map(|position| f64::from(position.x)).collect();
             assert!(on_floor.len() > 40, "{}", on_floor.len());
-            // Most of 64 paths are refracted and end at one position; few are reflected on their way.
+            // Most of 64 paths are refracted and end at one position; few are reflected.
             on_floor.sort_by(f64::total_cmp);
             let seen = on_floor[on_floor.len() / 2];
             let tan = |ior: f64| {
@@ -81,10 +81,10 @@ fn overlapping_plates_bend_once() {
     }
 }
 
-/// A white furnace: whatever stack of plates stands in a room of radiance 1, one sees 1. Where faces coincide, one of
-/// them is met and the other lost to rounding: still no path gains anything, and the loss is counted.
+/// White furnace: any stack of plates in a room of radiance 1 shows 1. Where faces coincide, rounding loses one of
+/// them: no path gains light, and the loss is counted.
 #[test]
-fn a_passive_stack_shows_no_more_than_its_surroundings() {
+fn stack_of_plates_in_a_furnace_of_radiance_1_shows_at_most_1() {
     for (bottom, top, coincide) in [(-0.05, 0.05, false), (-0.0005, 0.0005, false), (0.0, 0.0, true)] {
         let mut b = plates(medium(1.5, 0), medium(1.33, 0), bottom, top);
         let sky = b.material(emitter(1.0));
@@ -116,14 +116,14 @@ fn a_passive_stack_shows_no_more_than_its_surroundings() {
     }
 }
 
-/// A bottle is a shell of glass full of water. Water that reaches into the glass shows what water that fills a hole of
-/// a whole block shows, which needs no overlap.
+/// A bottle is a glass shell full of water. Water that overlaps the glass looks like water that fills a hole of a
+/// block, which needs no overlap.
 #[test]
-fn a_bottle_of_water_is_a_hole_full_of_water() {
+fn water_that_overlaps_a_bottle_looks_like_water_in_a_hole() {
     let cavity = DVec3::new(0.5, 0.7, 0.4);
     let build = |explicit: bool| {
         let mut b = Builder::default();
-        // Ids do not decide: priorities do.
+        // Priorities decide, not ids.
         let water = b.material(tinted(1.33, if explicit { 1 } else { 0 }, 0.5));
         let glass = b.material(tinted(1.5, if explicit { 0 } else { 1 }, 0.2));
         let wall = b.material(lambert(0.5));
@@ -157,13 +157,13 @@ fn a_bottle_of_water_is_a_hole_full_of_water() {
     let same = overlapping.iter().zip(&explicit).filter(|&pair| close(pair)).count();
     let share = same as f64 / explicit.len() as f64;
     println!("overlapping / explicit {ratio:.5}, pixels within 1 %: {share:.4}");
-    // Both draw the same numbers; rounding sends few paths elsewhere.
+    // Both sample the same numbers; rounding sends few paths elsewhere.
     assert!((ratio - 1.0).abs() < 2e-3 && share > 0.97);
 }
 
-/// Without a word in the file the smaller solid wins; the file's number wins over that.
+/// Without a priority in the file the smaller solid wins; a priority in the file overrides that.
 #[test]
-fn the_smaller_solid_wins_unless_the_file_says_otherwise() {
+fn smaller_solid_has_priority_unless_the_file_sets_one() {
     let half = |x: f64| DVec3::splat(x);
     let build = |ice_priority: i32| {
         let mut b = Builder::default();
@@ -171,7 +171,7 @@ fn the_smaller_solid_wins_unless_the_file_says_otherwise() {
         let cup = b.material(glass(1.5));
         let water = b.material(glass(1.33));
         let ice = b.material(medium(1.31, ice_priority));
-        // A cup of five walls; water reaches into them; many pieces of ice, which fill as much as the cup in all.
+        // A cup of five walls that the water overlaps, and many pieces of ice with as much volume as the cup in all.
         b.block(cup, half(-1.0), half(1.0), false);
         b.block(cup, half(-0.9), half(0.9), true);
         b.block(water, half(-0.91), DVec3::new(0.91, 0.5, 0.91), false);
@@ -196,10 +196,10 @@ fn the_smaller_solid_wins_unless_the_file_says_otherwise() {
     assert_eq!(order(&build(-1)), [3, 1, 2, 0]);
 }
 
-/// Two absorbing blocks that overlap, in a room: what a light path carries from one wall to another is what a camera path
-/// carries back.
+/// In a room with two overlapping absorbing blocks, a light path from one wall to another has the throughput of the
+/// reversed camera path.
 #[test]
-fn a_path_and_its_reverse_have_the_same_throughput() {
+fn light_path_and_reversed_camera_path_have_equal_throughput() {
     let mut b = Builder::default();
     let wall = b.material(lambert(0.5));
     let (one, other) = (b.material(tinted(1.5, 0, 1.0)), b.material(tinted(1.33, 0, 2.0)));
@@ -233,7 +233,7 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
         );
         let Some((at, light)) = last.0 else { continue };
         let forth = light.flux * light.to_light.dot(at.normal);
-        // Back along the light; which lobe a path takes is sampled anew until it is the same path.
+        // Trace back along the light; sample lobes anew until the path is the same.
         let back = Ray::endless(at.position + 1e-4 * light.to_light, light.to_light);
         let same = (0..64).find_map(|attempt| {
             let rng = Rng::new(Stream::Reference, 6, attempt, index);
@@ -262,7 +262,7 @@ fn a_path_and_its_reverse_have_the_same_throughput() {
     assert!(compared > 100, "{compared}");
 }
 
-/// A ray that a light path starts with.
+/// Emission of one given ray.
 struct Single(Ray);
 
 impl caustics_kernels::light::emit::Emit for Single {
@@ -271,7 +271,7 @@ impl caustics_kernels::light::emit::Emit for Single {
     }
 }
 
-/// The first photon of a path.
+/// Sink that keeps the first photon of a path.
 #[derive(Default)]
 struct Last(Option<(PhotonGeometry, PhotonLight)>);
 
@@ -283,9 +283,9 @@ impl PhotonSink for Last {
     }
 }
 
-/// A lamp in water lights a floor there, whatever lies between them and does nothing.
+/// A light in water reaches the floor through glass that the water covers.
 #[test]
-fn direct_light_passes_a_covered_face() {
+fn direct_light_passes_glass_covered_by_water() {
     let seen = |covered: bool| {
         let mut b = Builder::default();
         let floor = b.material(lambert(0.5));
@@ -307,9 +307,10 @@ fn direct_light_passes_a_covered_face() {
     assert!(open.x > 0.0 && ((covered - open) / open).abs().max_element() < 1e-4, "{covered} {open}");
 }
 
-/// Inside is where a medium winds around a position by more than half: nowhere about an open surface, whichever way it lies.
+/// A position is inside a medium that winds around it by more than half. Around an open surface no position is,
+/// whichever way it faces.
 #[test]
-fn no_place_about_an_open_sheet_is_inside() {
+fn no_position_around_an_open_surface_is_inside() {
     let mut open = 0;
     for index in 0..200 {
         let mut rng = Rng::new(Stream::Camera, 9, index, 0);
@@ -332,7 +333,7 @@ fn no_place_about_an_open_sheet_is_inside() {
 
 /// An aquarium without a lid holds its water; above it there is none.
 #[test]
-fn a_box_without_a_lid_has_an_inside() {
+fn box_without_a_lid_has_an_inside() {
     let mut b = Builder::default();
     let water = b.material(medium(1.33, 0));
     for axis in 0..3 {
@@ -358,10 +359,10 @@ fn a_box_without_a_lid_has_an_inside() {
     }
 }
 
-/// What is below the surface of a pool is in its water, as a camera there is; an open surface in the same room that leaves a way
-/// round it hangs, and no position is in it.
+/// Positions below the surface of a pool are in its water, and so is a camera there. An open surface that leaves a way
+/// round its border hangs, and no position is in it.
 #[test]
-fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
+fn pool_has_an_inside_and_a_hanging_open_surface_has_none() {
     let scene = pool(DVec3::new(0.2, 0.5, 0.9), DVec3::NEG_Y).build();
     let hangs = |scene: &Scene| scene.materials[0].flags & FLAG_HANGING != 0;
     assert!(!hangs(&scene));
@@ -391,7 +392,7 @@ fn a_pool_has_an_inside_and_a_hanging_sheet_has_none() {
 
 /// A block whose fronts look inwards does not fill the room around it.
 #[test]
-fn no_place_is_inside_of_what_is_turned_inside_out() {
+fn block_with_inward_fronts_has_no_inside() {
     let mut b = Builder::default();
     let (wall, turned) = (b.material(lambert(0.5)), b.material(tinted(1.5, 0, 1.0)));
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
@@ -409,7 +410,8 @@ fn no_place_is_inside_of_what_is_turned_inside_out() {
     }
 }
 
-/// Under an open surface of tinted water that hangs in the air: a floor, and a camera that looks at it from below the open surface.
+/// A floor under an open surface of tinted water that hangs in the air, and a camera below the surface that looks at
+/// the floor.
 fn under_an_open_surface(eye: DVec3, view: f32) -> Scene {
     let mut b = Builder::default();
     let water = b.material(tinted(1.33, 0, 2.0));
@@ -447,10 +449,10 @@ fn mean_of(scene: &Scene, seed: u32, progressive: bool, frames: u32) -> [Mean; 3
 }
 
 #[test]
-fn an_open_sheet_looks_alike_from_nearby() {
+fn hue_under_an_open_surface_is_equal_from_five_positions() {
     let hues: Vec<f64> = [-0.2, -0.1, 0.0, 0.1, 0.2]
         .map(|x| {
-            // So narrow that no position in view sees the lamp past the open surface.
+            // So narrow that no position in view sees the light past the open surface.
             let scene = under_an_open_surface(DVec3::new(x, -0.3, 0.6 + x), 0.4);
             let [red, _, blue] = mean_of(&scene, 1, false, 60);
             red.value / blue.value
@@ -463,14 +465,14 @@ fn an_open_sheet_looks_alike_from_nearby() {
 }
 
 #[test]
-fn progressive_and_reference_agree_under_an_open_sheet() {
+fn progressive_and_reference_agree_under_an_open_surface() {
     let scene = under_an_open_surface(DVec3::new(0.1, -0.3, 0.7), 0.7);
     let (split, reference) = (mean_of(&scene, 2, true, 120), mean_of(&scene, 3, false, 900));
     for channel in 0..3 {
         let (split, reference) = (&split[channel], &reference[channel]);
         println!("{split:?} {reference:?}: {:.4}", split.value / reference.value);
         assert!(split.agrees(reference, 3.5), "channel {channel}");
-        assert!(split.error.hypot(reference.error) < 0.02 * reference.value, "the test is blunt");
+        assert!(split.error.hypot(reference.error) < 0.02 * reference.value, "the test is noisy");
     }
 }
 

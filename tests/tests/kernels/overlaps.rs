@@ -1,6 +1,6 @@
-//! Solids of one material that overlap solids of another have priorities of their own, wherever the file has them: in one mesh,
-//! in nodes that share a mesh, in instances, in what moves. Each scene is compared with one in which the small solid has a
-//! material of its own.
+//! Solids of one material that overlap solids of another have priorities of their own. They may share a mesh, be nodes
+//! of one mesh, be instances, or move. Each scene is compared with one in which the small solid has a material of its
+//! own.
 
 use std::collections::BTreeSet;
 
@@ -29,7 +29,7 @@ type Cube = (usize, [f64; 3], f64, bool);
 /// A node: its mesh, translation (m) and scale.
 type Node = (usize, [f64; 3], [f64; 3]);
 
-/// Meshes and where they stand; the solid that is to be seen is around the origin.
+/// Meshes and their nodes; the solid under test is around the origin.
 struct Shape {
     name: &'static str,
     meshes: Vec<Vec<Cube>>,
@@ -79,13 +79,13 @@ fn shapes(glass: usize) -> Vec<Shape> {
     ]
 }
 
-/// The glTF document of a shape with a floor, a lamp and a camera, and its buffer.
+/// The glTF document of a shape with a floor, a light and a camera, and its buffer.
 fn document(shape: &Shape) -> (Value, Vec<u8>) {
     let (mut binary, mut views, mut accessors, mut meshes) = (Vec::new(), vec![], vec![], vec![]);
     let room: Vec<Cube> = vec![(WALL, [0.0, -4.0, 0.0], 3.0, false), (LIGHT, [0.5, 2.5, 0.8], 0.3, false)];
     for cubes in shape.meshes.iter().chain([&room]) {
         let mut primitives: Vec<Value> = Vec::new();
-        // A primitive of all cubes of a material.
+        // Write one primitive for all cubes of a material.
         for material in cubes.iter().map(|cube| cube.0).collect::<BTreeSet<_>>() {
             let own: Vec<&Cube> = cubes.iter().filter(|cube| cube.0 == material).collect();
             let (mut positions, mut indices) = (Vec::new(), Vec::new());
@@ -162,14 +162,14 @@ fn document(shape: &Shape) -> (Value, Vec<u8>) {
     (document, binary)
 }
 
-/// How meshes are kept.
+/// Storage of meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kept {
-    /// Copies in the world.
+    /// Copies in world space.
     Copies,
-    /// Once, where several nodes have them.
+    /// Once for several nodes.
     Once,
-    /// As instances that may move.
+    /// Instances that may move.
     Grabbed,
 }
 
@@ -196,7 +196,7 @@ fn indices(scene: &Scene, positions: &[Vec3]) -> Vec<f32> {
     positions.iter().map(at).collect()
 }
 
-/// Positions around the origin, and in it.
+/// Positions around the solid at the origin, and in it.
 fn positions() -> Vec<Vec3> {
     let position = |index| 2.4 * (Rng::new(Stream::Camera, 13, index, 0).next4().truncate() - 0.5);
     [Vec3::ZERO].into_iter().chain((0..300).map(position)).collect()
@@ -205,7 +205,7 @@ fn positions() -> Vec<Vec3> {
 const SIZE: [u32; 2] = [32, 32];
 const FRAMES: u32 = 24;
 
-/// Sums of an image's columns and rows in the middle, where the marble is seen, and of all, frame by frame.
+/// Sums over the middle of an image, where the marble is seen, and over all of it, frame by frame.
 fn rendered(scene: &Scene, seed: u32) -> [Mean; 2] {
     let [width, height] = SIZE;
     let config = RenderConfig {
@@ -240,7 +240,7 @@ fn rendered(scene: &Scene, seed: u32) -> [Mean; 2] {
 }
 
 #[test]
-fn solids_that_share_a_material_are_where_those_with_their_own_are() {
+fn solids_sharing_a_material_have_the_media_of_solids_with_their_own() {
     let positions = positions();
     for (shared, own) in shapes(GLASS).iter().zip(shapes(OWN_GLASS)) {
         for kept in [Kept::Copies, Kept::Once, Kept::Grabbed] {
@@ -250,14 +250,14 @@ fn solids_that_share_a_material_are_where_those_with_their_own_are() {
             assert_eq!(found[0], 1.5, "{}, {kept:?}: the marble", shared.name);
             assert_eq!(found, indices(&other, &positions), "{}, {kept:?}", shared.name);
             assert!([1.0, 1.33, 1.5].iter().all(|ior| found.contains(ior)));
-            // What the file calls materials stays as it is.
+            // The names of materials stay those of the file.
             assert_eq!(scene.material_names.len(), 6);
         }
     }
 }
 
 #[test]
-fn solids_that_share_a_material_look_like_those_with_their_own() {
+fn solids_sharing_a_material_look_like_solids_with_their_own() {
     for (shared, own) in shapes(GLASS).iter().zip(shapes(OWN_GLASS)) {
         for kept in [Kept::Copies, Kept::Once] {
             let [middle, all] = rendered(&load(shared, kept), 1);
@@ -266,15 +266,15 @@ fn solids_that_share_a_material_look_like_those_with_their_own() {
             println!("{}, {kept:?}: middle {:.4}, all {:.4}", shared.name, off.0, off.1);
             assert!(middle.agrees(&middle_of_own, 3.5), "{}: {middle:?} {middle_of_own:?}", shared.name);
             assert!(all.agrees(&all_of_own, 3.5), "{}: {all:?} {all_of_own:?}", shared.name);
-            // A marble that is lost changes the middle by more than a tenth.
-            assert!(middle.error < 0.03 * middle.value, "the test is blunt: {middle:?}");
+            // Losing the marble would change the middle by more than a tenth.
+            assert!(middle.error < 0.03 * middle.value, "the test is noisy: {middle:?}");
         }
     }
 }
 
-/// A grabbed marble that is moved, and made larger than the block, has the priority that its position in the file gives it.
+/// A grabbed marble keeps the priority of its size in the file, although it is moved and made larger than the block.
 #[test]
-fn solids_keep_their_priorities_where_they_are_moved() {
+fn moved_and_scaled_solid_keeps_its_priority() {
     let shape = &shapes(GLASS)[0];
     let mut scene = load(shape, Kept::Grabbed);
     let translation = Some([0.2, 0.1, 0.0]);
@@ -285,10 +285,10 @@ fn solids_keep_their_priorities_where_they_are_moved() {
     assert_eq!(indices(&scene, &at), [1.5, 1.33, 1.33]);
 }
 
-/// Solids of one material that reach into each other are one, with no face between them, although the smaller has a record of its
-/// own: a path through both is refracted twice.
+/// Overlapping solids of one material are one solid without a face between them, although the smaller has a record of
+/// its own. A path through both is refracted twice.
 #[test]
-fn no_face_parts_solids_of_one_material_that_overlap() {
+fn overlapping_solids_of_one_material_have_no_face_between_them() {
     let at = [0.0; 3];
     let shape = Shape {
         name: "a cup whose marble reaches into its wall",
@@ -305,8 +305,8 @@ fn no_face_parts_solids_of_one_material_that_overlap() {
     let world = caustics_tests::direct::World::new(&scene, &config);
     let at = [Vec3::new(0.0, 0.0, 0.55), Vec3::new(0.0, 0.0, 0.3), Vec3::new(0.45, 0.45, 0.45)];
     assert_eq!(indices(&scene, &at), [1.5, 1.5, 1.33]);
-    // Along the view: into the marble's front, which reaches out of the cup; out of it into water; out of that into the wall,
-    // and out of the cup.
+    // Follow the view: into the marble's front outside of the cup, out of it into water, into the wall, and out of the
+    // cup.
     let features = scene.features(0.25);
     let mut tracer = world.tracer();
     let mut media = caustics_kernels::surface::media::MediaStack::VACUUM;

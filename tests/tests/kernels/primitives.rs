@@ -1,4 +1,4 @@
-//! A mesh of several primitives: leaves with holes and a ball of glass in one mesh are what they are in two.
+//! A mesh of several primitives: leaves with holes and a glass ball in one mesh look as in two.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{LoadOptions, Scene};
@@ -18,10 +18,10 @@ use serde_json::{Value, json};
 const LEAVES: usize = 7;
 const BALL: usize = 9;
 
-/// How the meshes stand in the scene.
+/// Storage of the meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Storage {
-    /// In the world.
+    /// In world space.
     Copied,
     /// Once, for two instances.
     Once,
@@ -82,7 +82,7 @@ fn shown_by(node: &Value, meshes: &[usize]) -> bool {
     node["mesh"].as_u64().is_some_and(|mesh| meshes.contains(&(mesh as usize)))
 }
 
-/// Moves a node by 0.1 m in a second.
+/// Moves a node up by 0.1 m within a second.
 fn move_up(document: &mut Value, node: usize, folder: &std::path::Path) {
     let values: Vec<u8> =
         [0.0f32, 1.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0].into_iter().flat_map(f32::to_le_bytes).collect();
@@ -139,12 +139,13 @@ fn holes_and_glass_in_one_mesh_look_as_in_two() {
         if storage == Storage::Copied {
             assert_eq!([path, caustics], [0, 0]);
         }
-        // A mesh's own space is around its middle: coordinates round otherwise. As between runners, 2 % of whole paths.
+        // A mesh's own space is around its middle, so that coordinates round differently: as between runners, 2 % of
+        // whole paths.
         assert!(path < 96 * 60 / 50, "{storage:?}: {path}");
     }
 }
 
-/// What rays hit of a mesh with holes and glass, on every tracer of a device as on the CPU.
+/// Every tracer of a device hits a mesh with holes and glass where the CPU does.
 #[test]
 fn runners_agree_on_holes_and_glass_in_one_mesh() {
     let Some(gpu) = gpu() else { return };
@@ -155,7 +156,7 @@ fn runners_agree_on_holes_and_glass_in_one_mesh() {
     let mut tracer = scene.tracer(features);
     let rays: Vec<Ray> = rays::through(&scene, 20_000);
     let hits: Vec<Hit> = rays.iter().map(|ray| tracer.closest(ray)).collect();
-    // Rays that go on from what they hit pass holes and glass from both sides.
+    // Rays that continue from their hits pass holes and glass from both sides.
     let rays = [rays.clone(), rays::from_surfaces(&scene, &rays, &hits)].concat();
     for &hardware in gpu.tracers() {
         let mut runners = RunnerPair::open(&gpu, hardware, &scene, &config);

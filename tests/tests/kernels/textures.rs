@@ -1,5 +1,5 @@
-//! Textures: sampling against an oracle in double precision, levels, normal maps, emission, holes, what
-//! blends.
+//! Textures: sampling against an oracle in double precision, levels, normal maps, emission, holes, and blended
+//! surfaces.
 
 mod blends;
 mod emission;

@@ -1,4 +1,4 @@
-//! The software tracer against an oracle in double precision, and that of the CPU runner against it.
+//! The software tracer against an oracle in double precision, and the CPU runner's tracer against the software tracer.
 
 use caustics::scene::{Scene, resolve};
 use caustics_kernels::interface::bvh::{BvhNode, LEAF};
@@ -47,7 +47,7 @@ fn distance(ray: &Ray, triangle: &Triangle) -> Option<f64> {
 }
 
 #[test]
-fn closest_hits_are_the_oracles() {
+fn closest_hits_match_a_double_precision_oracle() {
     for name in ["mirror-room", "ring"] {
         let scene = scene(name);
         let mut tracer = scene.tracer(Features(0));
@@ -117,8 +117,8 @@ fn occlusion_agrees_with_the_closest_hit() {
     }
 }
 
-/// Squares on planes of a lattice, many of them in one another's place, and rays between its points: most have several closest
-/// hits at exactly one distance.
+/// Squares on planes of a lattice, many of them coincident, and rays between lattice points. Most rays have several
+/// closest hits at exactly one distance.
 fn lattice() -> (Scene, Vec<Ray>) {
     let mut builder = Builder::default();
     let matte = builder.material(lambert(0.5));
@@ -142,10 +142,10 @@ fn lattice() -> (Scene, Vec<Ray>) {
 }
 
 #[test]
-fn of_hits_at_one_distance_the_smallest_id_counts_whatever_the_tree() {
+fn hits_at_equal_distance_resolve_to_the_smallest_id_in_every_bvh() {
     let (scene, rays) = lattice();
     let BvhTracer { blocks, cut_outs, .. } = scene.tracer(Features(0));
-    // BVHs of one leaf each: what is the closest of all of them is found in no order.
+    // Search BVHs of one leaf each, so that the closest hit of all depends on no order.
     let everywhere = BvhNode {
         min_x: Vec4::splat(-9.0),
         min_y: Vec4::splat(-9.0),
@@ -174,7 +174,7 @@ fn of_hits_at_one_distance_the_smallest_id_counts_whatever_the_tree() {
 }
 
 #[test]
-fn the_tracer_of_the_cpu_finds_the_same_bits() {
+fn cpu_tracer_matches_the_software_tracer_to_the_bit() {
     for name in ["mirror-room", "textured-room", "moving-caster", "moving-receiver"] {
         let scene = scene(name);
         let Some(bvh8) = Bvh8::new(&scene.nodes, &scene.instances) else {

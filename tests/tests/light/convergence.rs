@@ -1,7 +1,8 @@
 //! `progressive` converges: the error of the caustic layer falls as N^(-2/3), that of the path layer as 1/N.
 //!
 //! A point light beside a plane mirror: the caustic on the floor is that of a virtual light behind the mirror, known in
-//! closed form. Two bounces at most, so that nothing else is in that layer; the walls' light is in the other one.
+//! closed form. Paths have at most two bounces, so that the caustic layer holds nothing else; the light of the walls is
+//! in the path layer.
 
 use caustics::render_config::{Paths, Radius};
 use std::f64::consts::PI;
@@ -50,11 +51,11 @@ fn config(light_paths: u32, seed: u32) -> RenderConfig {
     }
 }
 
-/// Caustic radiance at the middle of each pixel: Lambert of the light's image in the mirror.
+/// Caustic radiance at the middle of each pixel: Lambert's law for the light's virtual image in the mirror.
 fn virtual_light() -> Vec<f64> {
     let virtual_image = DVec3::new(2.0 * MIRROR_X - LIGHT.x, LIGHT.y, LIGHT.z);
-    // The camera looks straight down with z upwards in the image, so x points to its left or right: symmetric use of
-    // the camera that the scene has.
+    // The camera looks straight down with z upwards in the image. Whether x points left or right follows from the
+    // scene's camera.
     let camera = &scene().cameras[0];
     let (right, up) = (camera.right.as_dvec3(), camera.up.as_dvec3());
     let half = 1.9 * f64::from(FOV / 2.0).tan();
@@ -67,7 +68,7 @@ fn virtual_light() -> Vec<f64> {
     let radiance = |position: DVec3| {
         let to_virtual_image = virtual_image - position;
         let distance = to_virtual_image.length();
-        // Schlick at the mirror, whose normal is x.
+        // Schlick's reflectance of the mirror, whose normal is x.
         let cos = -to_virtual_image.x / distance;
         let f0 = f64::from(REFLECTANCE);
         let reflectance = f0 + (1.0 - f0) * (1.0 - cos).powi(5);
@@ -84,7 +85,7 @@ fn mean_square(layer: &[Vec3], reference: &[f64]) -> f64 {
     squares.sum::<f64>() / reference.len() as f64
 }
 
-/// Runs to `frames` frames and hands the mean to `look` at every power of two.
+/// Renders up to `frames` frames, and passes the mean to `look` at every power of two.
 fn progressive(scene: &Scene, config: &RenderConfig, frames: u32, mut look: impl FnMut(u32, &Accumulation)) {
     let features = scene.features(config.specular_roughness);
     let (choice, camera) = (RunnerChoice::Cpu { threads: 0 }, &scene.cameras[0]);
@@ -115,7 +116,7 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     covariance / logs.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
 }
 
-/// Both layers over the number of frames, with the lines that they should follow.
+/// Plots both layers over the number of frames, with the expected lines.
 fn plot(
     file: &std::path::Path,
     caustics: &[(f64, f64)],
@@ -157,11 +158,11 @@ fn plot(
 }
 
 #[test]
-fn slopes_are_those_of_powers() {
+fn regression_slope_of_a_power_law_is_its_exponent() {
     let power =
         |exponent: f64| (1..9).map(|i| (f64::from(i), 3.0 * f64::from(i).powf(exponent))).collect::<Vec<_>>();
     assert!((slope(&power(-0.7)) + 0.7).abs() < 1e-12);
-    assert!((slope(&power(-0.5)) + 2.0 / 3.0).abs() > 0.1, "a slower fall is told from N^(-2/3)");
+    assert!((slope(&power(-0.5)) + 2.0 / 3.0).abs() > 0.1, "a slope of -0.5 passes as -2/3");
 }
 
 mod long {
@@ -169,11 +170,11 @@ mod long {
 
     #[test]
     #[ignore = "20,000 small frames: a minute on two cores"]
-    fn errors_of_progressive_fall_as_they_should() {
+    fn progressive_error_falls_as_n_to_minus_2_3_in_caustics_and_minus_1_in_paths() {
         let scene = scene();
         let caustic_reference = virtual_light();
         let mut path_reference = Vec::new();
-        // Camera paths alone find it.
+        // Camera paths alone find this layer.
         progressive(&scene, &config(1, 99), 16_384, |frames, sums| {
             if frames == 16_384 {
                 path_reference = sums.mean().path.iter().map(|value| f64::from(value.x)).collect();

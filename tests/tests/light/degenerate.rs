@@ -1,9 +1,14 @@
-//! Degenerate input: what is too small, too far, too flat, too few or not there at all.
+//! Degenerate input: too small, too far, too flat, too few, or absent.
 //!
-//! Other tests of this kind: NaN, infinite and zero-area geometry of files in `host/scene/src/gltf/tests.rs`; a million
-//! photons in one point in `gathers.rs` (`many_deposits_in_one_spot_sum_exactly`); gathers without photons, without
-//! points and with a tenth of them there (`nothing_and_little_are_gathered_alike`,
-//! `every_gather_does_without_nine_points_in_ten`); files moved by 1e5 in `invariances.rs` (`moved_scenes_look_the_same`).
+//! Other tests of this kind:
+//!
+//! - NaN, infinite and zero-area geometry of files: `host/scene/src/gltf/tests.rs`
+//! - a million photons at one position: `gathers.rs`, `million_photons_at_one_position_sum_exactly`
+//! - gathers without photons or points: `gathers.rs`,
+//!   `gathers_agree_without_photons_without_points_and_with_one_photon`
+//! - gathers with a tenth of the points: `gathers.rs`,
+//!   `every_gather_matches_brute_force_with_nine_points_in_ten_missing`
+//! - files moved by 1e5 m: `invariances.rs`, `scene_moved_by_1e5_m_keeps_its_image_means`
 
 use caustics::counters::Counters;
 use caustics::render_config::{Paths, Radius, RenderConfig};
@@ -30,8 +35,8 @@ fn assert_sound(image: &RenderedImage, counters: &Counters) {
     assert!(counters.warnings().is_empty(), "{:?}", counters.warnings());
 }
 
-/// A floor of 100 x 100 m under a mirror and a spot that shines at it, all of it `away` m along every axis and not recentred, as a part
-/// of a scene this far from its middle is. The camera sees 3 mm of it.
+/// A floor of 100 x 100 m under a mirror and a spot light that shines at it. All of it is `away` m along every axis and
+/// not recentred, like a part of a scene far from its middle. The camera sees 3 mm of it.
 fn far_away(away: f64) -> Scene {
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z) + away;
     let mut b = Builder::default();
@@ -44,18 +49,18 @@ fn far_away(away: f64) -> Scene {
     b.build()
 }
 
-/// A radius below an ulp of the position would take nothing, or all of it from one spot: it is kept at 4 ulp, and the
-/// light is what it is near the origin. Positions are steps of 1/12 of that disc's width, which moves its area by a few
+/// A radius below an ulp of the position would take no photon, or all photons of one position. It is kept at 4 ulp, and
+/// the light is that near the origin. Positions are steps of 1/12 of that disc's width, which moves its area by a few
 /// per cent.
 #[test]
-fn radius_below_an_ulp_is_kept_above_it_and_the_light_stays() {
+fn radius_at_100_km_is_at_least_4_ulp_and_keeps_the_light() {
     let config =
         RenderConfig { width: 4, height: 4, light_paths: Paths::Count(200_000), ..RenderConfig::default() };
     // The virtual light is 60 m away, and the floor is seen in its inner cone.
     let expected = f64::from(0.6 / PI) * 1000.0 / 3600.0;
     for away in [0.0, 1e5] {
         let scene = far_away(away);
-        // Near the origin the discs are widened to the floor of the radius far away, 4 ulp of 1e5 m.
+        // Near the origin the discs are widened to the smallest radius far away, 4 ulp of 1e5 m.
         let radius_px = if away == 0.0 { 105.6 } else { 1.0 };
         let config = RenderConfig { radius: Radius::Px(radius_px), ..config };
         let frames = render(&scene, &config, "photons-grid", None, 0, 20);
@@ -69,12 +74,12 @@ fn radius_below_an_ulp_is_kept_above_it_and_the_light_stays() {
         if away > 0.0 {
             assert!((radius / (4.0 * 1e5 / 8_388_608.0) - 1.0).abs() < 1e-3, "{radius}");
         }
-        assert!(error < 0.05 * expected, "the test has lost its sharpness: {error}");
+        assert!(error < 0.05 * expected, "the standard error is too large: {error}");
         assert!((mean - expected).abs() < 3.0 * error + 0.03 * expected);
     }
 }
 
-/// A scene of parts, its floor's tables changed by `spoil`.
+/// Builds a scene of parts, after `spoil` changed its floor's tables.
 fn spoiled(
     spoil: impl Fn(&mut Vec<Triangle>, &mut Vec<TriangleSurface>, &mut Vec<PunctualLight>),
 ) -> Result<Scene, SceneError> {
@@ -104,10 +109,10 @@ fn spoiled(
     parts.build()
 }
 
-/// Triangles without an area are left out and counted; the image is the same to the bit. What is not finite is
-/// refused: no number of it reaches a kernel.
+/// Triangles without an area are dropped and counted; the image is the same to the bit. Values that are not finite are
+/// refused, so that none reaches a kernel.
 #[test]
-fn zero_area_is_dropped_and_counted_and_not_a_number_is_refused() {
+fn zero_area_triangles_are_dropped_and_non_finite_values_refused() {
     let config = RenderConfig { width: 16, height: 16, ..RenderConfig::default() };
     let plain = spoiled(|_, _, _| ()).unwrap();
     let flat = spoiled(|triangles, surfaces, _| {
@@ -135,7 +140,7 @@ fn zero_area_is_dropped_and_counted_and_not_a_number_is_refused() {
     assert!(error.contains("triangle 1"), "{error}");
 }
 
-/// Images of any size hold what each pixel's own path brings.
+/// Images of any size hold the light of each pixel's own path.
 #[test]
 fn odd_sizes_render_every_pixel() {
     let scene = mixed_room().build();
@@ -148,7 +153,7 @@ fn odd_sizes_render_every_pixel() {
         assert_eq!((image.path.len(), image.caustics.len(), image.radius.len()), (pixels, pixels, pixels));
         assert!(mean_of(&image.path) > 0.01, "{width} x {height} is dark");
 
-        // Path by path on this thread, all pixels of a small image and 500 of a large one.
+        // Trace path by path on this thread: all pixels of a small image and 500 of a large one.
         let world = World::new(&scene, &config);
         let (mut tracer, mut tally) = (world.tracer(), Tally::default());
         for pixel in (0..pixels).step_by((pixels / 500).max(1)).chain([pixels - 1]) {
@@ -166,9 +171,9 @@ fn odd_sizes_render_every_pixel() {
     }
 }
 
-/// One light path carries all flux: its sum is huge or zero, and no larger than the accumulator holds.
+/// One light path carries all flux: its sum is huge or zero, and fits into the accumulator.
 #[test]
-fn one_light_path_a_frame_gives_the_same_mean() {
+fn one_light_path_per_frame_has_the_mean_of_many() {
     let scene = far_away(0.0);
     let with = |light_paths, frames| {
         let config = RenderConfig {
@@ -188,11 +193,11 @@ fn one_light_path_a_frame_gives_the_same_mean() {
     };
     let ((one, error), (many, error_many)) = (with(1, 4000), with(4000, 16));
     println!("4000 frames of one path: {one:.5} +- {error:.5}; 16 of 4000: {many:.5} +- {error_many:.5}");
-    assert!(error < 0.05 * many, "the test has lost its sharpness");
+    assert!(error < 0.05 * many, "the standard error is too large");
     assert!((one - many).abs() < 3.0 * error.hypot(error_many));
 }
 
-/// Seen at 89.9 degrees, a footprint grows without bound; a disc is bounded by the smallest cosine, 0.05.
+/// Seen at 89.9 degrees, a footprint grows without bound; the smallest cosine, 0.05, bounds the disc.
 #[test]
 fn grazing_footprints_are_finite_and_bounded() {
     let mut b = Builder::default();
@@ -213,7 +218,7 @@ fn grazing_footprints_are_finite_and_bounded() {
     };
     let (image, counters) = frame(&scene, &config);
     assert_sound(&image, &counters);
-    assert!(mean_of(&image.caustics) > 0.0, "the test has lost its caustics");
+    assert!(mean_of(&image.caustics) > 0.0, "the test scene has no caustics");
     let world = World::new(&scene, &config);
     let mut grazing = 0;
     for collected in world.collect().iter().filter(|c| c.point.geometry.depth == 1) {
@@ -226,12 +231,12 @@ fn grazing_footprints_are_finite_and_bounded() {
         grazing += u32::from(cos < 0.002);
     }
     println!("{grazing} points are seen at less than 0.12 degrees; caustics {:.4}", mean_of(&image.caustics));
-    assert!(grazing > 100, "the test has lost its subject");
+    assert!(grazing > 100, "the test has nothing to check");
 }
 
-/// What must be black is, to the bit: no light, no caster, no receiver, nothing in sight, no light path.
+/// Without a light, caster, receiver, object in sight or light path, the layer is black to the bit.
 #[test]
-fn what_is_missing_leaves_its_layer_black() {
+fn missing_light_caster_or_receiver_leaves_its_layer_black() {
     let black = |layer: &[Vec3]| layer.iter().all(|value| *value == Vec3::ZERO);
     let config =
         RenderConfig { width: 32, height: 24, light_paths: Paths::Count(20_000), ..RenderConfig::default() };
@@ -250,7 +255,7 @@ fn what_is_missing_leaves_its_layer_black() {
     let whole = frame(&scene(true, mirror, grey, above), &config);
     assert!(mean_of(&whole.0.caustics) > 0.0 && mean_of(&whole.0.path) > 0.0);
 
-    // What is missing; whether direct light is left; whether light paths are shot.
+    // Columns: the missing part; whether direct light is left; whether light paths are traced.
     let none = RenderConfig { light_paths: Paths::Count(0), ..config.clone() };
     let cases = [
         ("light", scene(false, mirror, grey, above), &config, false, false),
@@ -268,9 +273,9 @@ fn what_is_missing_leaves_its_layer_black() {
     }
 }
 
-/// A floor that fills a tenth of the image: its pixels are as bright as anywhere, the others black.
+/// A floor that fills a tenth of the image: its pixels have their usual brightness, the others are black.
 #[test]
-fn nine_pixels_in_ten_without_a_point_stay_black() {
+fn pixels_without_a_collection_point_stay_black() {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));
     let mirror = b.material(metal(1.0, 0.0));
@@ -293,10 +298,11 @@ fn nine_pixels_in_ten_without_a_point_stay_black() {
     assert!(mean_of(&image.caustics) / there > 1e-2);
 }
 
-/// A ball under a directional light on a floor of +- 300 m gets four in 10^6 of the light paths, which shine on all of the
-/// floor; on one of +- 3 m it gets one in fifty. The person is told of the first, and in no committed scene.
+/// A ball under a directional light on a floor of +- 300 m gets four in 10^6 of the light paths. On a floor of +- 3 m
+/// it gets one in fifty. Light paths start over all of the floor. Only the first gives a warning, and no committed
+/// scene does.
 #[test]
-fn caustics_that_starve_are_told() {
+fn caustics_of_too_few_photons_give_a_warning() {
     let on_floor = |half: f64| {
         let mut b = Builder::default();
         let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
@@ -316,7 +322,7 @@ fn caustics_that_starve_are_told() {
             .all(|word| warnings[0].contains(word))
     );
     assert_eq!(frame(&on_floor(3.0), &config).1.warnings(), [""; 0]);
-    // Fewer may miss at random.
+    // Few light paths may all miss at random.
     let few = RenderConfig { light_paths: Paths::Count(1000), ..config.clone() };
     assert_eq!(frame(&on_floor(300.0), &few).1.warnings(), [""; 0]);
 
@@ -325,13 +331,13 @@ fn caustics_that_starve_are_told() {
         let (paths, photons) = (counters.get(Counter::LightPaths), counters.get(Counter::Photons));
         println!("{name}: {photons} photons of {paths} light paths");
         if name == "uplight" {
-            // What its lamp lights first is matte.
+            // The first surface that its light meets is matte.
             assert!(counters.warnings()[0].contains("--caustics any"));
             let any = RenderConfig { caustics: Caustics::Any, ..config.clone() };
             assert_eq!(frame(&committed(name), &any).1.warnings(), [""; 0]);
             continue;
         }
-        // Ten times what is warned of.
+        // Ten times the share that gives a warning.
         assert!(photons * 1000 >= paths, "{name}");
         assert_eq!(counters.warnings(), [""; 0], "{name}");
     }

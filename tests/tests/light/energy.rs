@@ -1,5 +1,5 @@
-//! O10: the energy ledger. What lights emit is absorbed, escapes, is cut by the paths' length, or is lost where shading
-//! normals are not the faces'; what is absorbed is computed apart from what the sampled paths leave over.
+//! O10: the energy ledger. Emitted flux is absorbed, escapes, is cut by the length of paths, or is lost where shading
+//! normals differ from the faces. Absorption is computed independently of the flux that sampled paths leave over.
 
 use caustics::energy::EnergyLedger;
 use caustics::render_config::{Paths, RenderConfig};
@@ -19,7 +19,7 @@ use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
 
-/// Light paths of a frame.
+/// Light paths per frame.
 const PATHS: u32 = 32_768;
 
 /// Light paths that follow every lobe from their first surface on: all energy is in the ledger.
@@ -49,8 +49,8 @@ fn room(wall: Material) -> Builder {
     b
 }
 
-/// A closed Lambertian room of albedo a half absorbs 2^-k at bounce k. A light path that has met nothing specular is
-/// cut one bounce early, so a length of m absorbs at m - 1 bounces. Three standard errors from 8 frames.
+/// A closed Lambertian room of albedo a half absorbs 2^-k at bounce k. A light path without a specular event is cut one
+/// bounce early, so that a length of m absorbs at m - 1 bounces. Three standard errors from 8 frames.
 #[test]
 fn closed_room_absorbs_two_to_the_minus_k_at_bounce_k() {
     let mut b = room(lambert(0.5));
@@ -74,8 +74,8 @@ fn closed_room_absorbs_two_to_the_minus_k_at_bounce_k() {
     }
 }
 
-/// Smooth glass, thin walls and a perfect mirror in a white room absorb nothing at all: all flux is cut in the end.
-/// 1e-5 for rounding of 12 bounces in f32.
+/// Smooth glass, thin walls and a perfect mirror in a white room absorb nothing: all flux is cut in the end. 1e-5 is
+/// for rounding of 12 bounces in f32.
 #[test]
 fn lossless_glass_in_a_white_room_absorbs_nothing() {
     let mut b = room(lambert(1.0));
@@ -91,7 +91,7 @@ fn lossless_glass_in_a_white_room_absorbs_nothing() {
     }
 }
 
-/// What one meeting with rough glass absorbs is the loss of single scattering, known by quadrature.
+/// One scattering by rough glass absorbs the loss of single scattering, known by quadrature.
 #[test]
 fn rough_glass_absorbs_what_single_scattering_loses() {
     for (roughness, thin) in [(0.3, false), (0.6, false), (1.0, false), (0.6, true)] {
@@ -103,7 +103,7 @@ fn rough_glass_absorbs_what_single_scattering_loses() {
         b.camera(DVec3::Y, DVec3::ZERO, 1.0);
         let scene = b.build();
         let mut world = World::new(&scene, &config(4));
-        // The scene has no light of its own to take the unit from.
+        // The scene has no light of its own to derive the unit from.
         world.params.quantum = 2.0f32.powi(-40);
         let cos = 0.6;
         let beam = Beam {
@@ -125,7 +125,7 @@ fn rough_glass_absorbs_what_single_scattering_loses() {
     }
 }
 
-/// Rooms with a lamp and a point light, and two things of a material in each: a block and a coarse ball with smooth
+/// Rooms with an area light, a point light, and two objects of a material: a block and a coarse ball with smooth
 /// normals.
 fn furnished(wall: Material, thing: Material) -> Scene {
     let mut b = room(wall);
@@ -137,10 +137,10 @@ fn furnished(wall: Material, thing: Material) -> Scene {
     b.build()
 }
 
-/// The ledger balances to 2.5 times O10's bound in a short run, in the three rooms that have every lobe between them, and where things
-/// blend.
+/// The ledger balances to 2.5 times O10's bound in a short run: in three rooms that have every lobe between them, and
+/// with blended surfaces.
 #[test]
-fn rooms_of_every_lobe_balance() {
+fn ledger_balances_in_rooms_of_every_lobe() {
     rooms_balance(
         Caustics::Any,
         &["everything at once", "everything smooth", "mixed room", "things that blend"],
@@ -149,14 +149,14 @@ fn rooms_of_every_lobe_balance() {
     );
 }
 
-/// So it does where light paths follow the specular lobes of their first surface alone.
+/// The ledger also balances where light paths follow the specular lobes of their first surface alone.
 #[test]
-fn rooms_balance_with_what_is_left_to_the_camera() {
+fn ledger_balances_where_light_paths_follow_specular_lobes_alone() {
     rooms_balance(Caustics::First, &["everything at once", "rough thin glass", "mixed room"], 32, 2.5e-3);
 }
 
-/// The rooms of these names, or all. The standard error is known, and three of them must fit into the bound: after 64 frames or
-/// 32 more and so on, at most so many.
+/// Tests the rooms of these names, or all. Three standard errors must fit into the bound: after 64 frames, or 32 more
+/// at a time, up to `max_frames`.
 fn rooms_balance(caustics: Caustics, names: &[&str], max_frames: u32, bound: f64) {
     let tinted = Vec3::new(0.9, 0.6, 0.3);
     let rough = |roughness| Material { roughness, ..glass(1.5) };
@@ -206,7 +206,7 @@ fn rooms_balance(caustics: Caustics, names: &[&str], max_frames: u32, bound: f64
             "{name}: {:.4} {:.4} {:+.4} {:.4}; {:+.6} +- {:.6} of {frames} frames",
             absorbed.value, cut.value, normals.value, left.value, residual.value, residual.error
         );
-        // A few in a million leave through an edge, where the offset of a ray's start crosses the next wall.
+        // A few in a million escape through an edge, where the offset of a ray's start crosses the next wall.
         assert!(share(&all, |e| e.escaped).value < 1e-5, "{name}: the room is closed");
         match caustics {
             Caustics::Any => assert!(absorbed.value > 0.3 && cut.value > 0.0 && left.value == 0.0, "{name}"),
@@ -214,16 +214,16 @@ fn rooms_balance(caustics: Caustics, names: &[&str], max_frames: u32, bound: f64
             Caustics::First => assert!(absorbed.value > 0.05 && left.value > 0.1, "{name}"),
         }
         assert!(3.0 * residual.error < bound, "{name}: too noisy to tell: {residual:?}");
-        // 3.5 errors: one false alarm in 140 runs of 15 rooms; but never beyond the bound. 1e-6 for rounding, where a room of
-        // closed albedos has no noise.
+        // 3.5 errors: one false alarm in 140 runs of 15 rooms, but never beyond the bound. 1e-6 is for rounding, where
+        // a room of closed albedos has no noise.
         let noise = 3.5 * residual.error + 1e-6;
         assert!(residual.value.abs() < noise.min(bound), "{name}: {residual:?}");
     }
 }
 
-/// On a ball of 6 x 3 facets with smooth normals the adjoint correction changes much flux; the ledger knows how much.
+/// On a ball of 6 x 3 facets with smooth normals the adjoint correction changes much flux; the ledger accounts for it.
 #[test]
-fn flux_lost_at_shading_normals_is_accounted_for() {
+fn ledger_accounts_for_flux_lost_at_shading_normals() {
     for (name, ball) in
         [("mirror", metal(1.0, 0.0)), ("lambert", lambert(0.9)), ("rough metal", metal(1.0, 0.5))]
     {
@@ -235,16 +235,15 @@ fn flux_lost_at_shading_normals_is_accounted_for() {
         let (normals, residual) =
             (share(&all, |e| e.shading_normals), share(&all, |e| e.residual * e.emitted));
         println!("{name}: {normals:?}, residual {residual:?}");
-        assert!(normals.error > 1e-5, "{name}: the test has lost its subject");
+        assert!(normals.error > 1e-5, "{name}: the test has nothing to check");
         assert!(residual.value.abs() < 3.5 * residual.error && residual.error < 1e-3, "{name}: {residual:?}");
     }
 }
 
-/// Coarse meshes with smooth normals absorb what their material does: directions on which normals disagree are turned round
-/// and no flux is left there. What remains in `shading_normals` is the adjoint correction, which is 0 in the mean over even
-/// light only.
+/// Coarse meshes with smooth normals absorb as their material does: directions on which normals disagree are flipped
+/// and lose no flux. The rest in `shading_normals` is the adjoint correction, whose mean is 0 over even light only.
 #[test]
-fn coarse_smooth_meshes_balance() {
+fn ledger_balances_on_coarse_meshes_with_smooth_normals() {
     type Add = fn(&mut Builder, u32);
     let shapes: [(&str, Add); 3] = [
         ("12 segments", |b, thing| b.sphere(thing, DVec3::new(0.0, -0.4, 0.0), 0.45, 12, 6)),
@@ -267,14 +266,14 @@ fn coarse_smooth_meshes_balance() {
             let (normals, residual) =
                 (share(&all, |e| e.shading_normals), share(&all, |e| e.residual * e.emitted));
             println!("{shape}, {name}: shading normals {normals:?}, residual {residual:?}");
-            // As `rooms_of_every_lobe_balance`.
+            // As in `ledger_balances_in_rooms_of_every_lobe`.
             assert!(residual.error < 2e-3, "{shape}, {name}: too noisy to tell: {residual:?}");
             assert!(residual.value.abs() < 3.5 * residual.error, "{shape}, {name}: {residual:?}");
         }
     }
 }
 
-/// A sampler that forgets a lobe which the albedo knows leaves a hole.
+/// A sampler that lacks a lobe of the albedo leaves a residual.
 #[test]
 fn detects_a_lobe_that_is_never_sampled() {
     let scene = furnished(coated(0.6, 0.4), coated(0.5, 0.4));
@@ -286,7 +285,7 @@ fn detects_a_lobe_that_is_never_sampled() {
     assert!(residual.value.abs() > 1e-3 && residual.value.abs() > 5.0 * residual.error);
 }
 
-/// A point light in an open scene: what meets nothing has escaped.
+/// A point light in an open scene: flux that meets nothing escapes.
 #[test]
 fn half_of_a_point_lights_flux_escapes_over_a_floor() {
     let mut b = Builder::default();
@@ -302,9 +301,10 @@ fn half_of_a_point_lights_flux_escapes_over_a_floor() {
     assert!((absorbed.value + escaped.value - 1.0).abs() < 1e-5);
 }
 
-/// Light inside a glass cube (n = 1.5) whose three cosines are all below that of the critical angle, 0.745, is reflected
-/// totally forever: 1 - 3 (1 - 0.745) = 0.236 of an isotropic source. It ends, as cut. The rest leaves, but for what
-/// still goes to and fro after 64 bounces near the critical angle (computed here from Fresnel's formula).
+/// Light inside a glass cube (n = 1.5) whose three cosines are all below that of the critical angle, 0.745, is
+/// reflected totally forever. This is 1 - 3 (1 - 0.745) = 0.236 of an isotropic source; it ends as cut. The rest
+/// leaves, except light near the critical angle that still bounces after 64 bounces (computed here from Fresnel's
+/// formula).
 #[test]
 fn endless_total_reflection_ends_and_is_counted_as_cut() {
     let mut b = Builder::default();
@@ -319,7 +319,8 @@ fn endless_total_reflection_ends_and_is_counted_as_cut() {
     println!("cut {cut:?}, trapped {trapped:.6}, escaped {escaped:?}");
     assert!((cut.value + escaped.value - 1.0).abs() < 1e-5, "glass absorbs nothing");
     assert!(cut.value > trapped - 3.0 * cut.error);
-    // At most the band in which a quarter of 64 bounces (a ray meets each pair of faces by its cosine) reflects > 1 %.
+    // Upper bound: the band in which a quarter of 64 bounces (a ray meets each pair of faces by its cosine) reflects >
+    // 1 %.
     let reflectance = |c: f64| {
         let t = (1.0 - 2.25 * (1.0 - c * c)).max(0.0).sqrt();
         0.5 * (((1.5 * c - t) / (1.5 * c + t)).powi(2) + ((c - 1.5 * t) / (c + 1.5 * t)).powi(2))
@@ -348,16 +349,16 @@ fn session(choice: &RunnerChoice, scene: &Scene, features: Features) -> (EnergyL
     (session.energy().unwrap(), session.image().unwrap().caustics)
 }
 
-/// The ledger has the same bits on any number of threads, and asking for it changes no bit of the image.
+/// The ledger has the same bits on any number of threads, and computing it changes no bit of the image.
 #[test]
-fn the_ledger_is_deterministic_and_disturbs_nothing() {
+fn ledger_is_deterministic_and_changes_no_bit_of_the_image() {
     let scene = mixed_room().build();
     let features = scene.features(0.25);
     let with = |threads| session(&RunnerChoice::Cpu { threads }, &scene, features | Features::LEDGER);
     let (one, three) = (with(1), with(3));
     assert!(one.0.emitted > 0.0 && one.0.absorbed > 0.0);
     assert_eq!(one, three);
-    // Nor does it matter that workers add up on their own first.
+    // Workers that add up on their own first give the same sums.
     let config = RenderConfig { width: 48, height: 27, ..config(6) };
     let world = World::new(&scene, &config);
     assert_eq!(one.0, ledger(&world, &world.by_power(), 3));
@@ -366,7 +367,8 @@ fn the_ledger_is_deterministic_and_disturbs_nothing() {
     assert!(without.1 == one.1 && one.1.iter().any(|value| *value != Vec3::ZERO));
 }
 
-/// The GPU's ledger is the CPU's, but for the paths that diverge: at most 0.2 % of them, which carry about as much.
+/// The GPU's ledger is the CPU's, except for the paths that diverge: at most 0.2 % of them, which carry about as much
+/// flux.
 #[test]
 fn ledgers_of_cpu_and_gpu_agree() {
     let Some(gpu) = gpu() else { return };
@@ -387,10 +389,10 @@ fn ledgers_of_cpu_and_gpu_agree() {
 mod long {
     use super::*;
 
-    /// O10's bound, 1e-3 of what is emitted.
+    /// O10's bound, 1e-3 of the emitted flux.
     #[test]
     #[ignore = "three minutes"]
-    fn every_room_balances_to_a_thousandth() {
+    fn ledger_balances_in_every_room_to_1e_3() {
         rooms_balance(Caustics::Any, &[], 512, 1e-3);
         rooms_balance(Caustics::First, &[], 512, 1e-3);
     }
@@ -399,11 +401,11 @@ mod long {
 mod release {
     use super::*;
 
-    /// The validated history keeps the energy of caustics, whatever moves and however many light paths there are: seeds until
-    /// the standard error is below 1 %. What the published one keeps is shown beside it.
+    /// The validated history keeps the energy of caustics under any motion and with any number of light paths. Seeds
+    /// are added until the standard error is below 1 %. The energy of the published history is printed beside it.
     #[test]
     #[ignore = "minutes"]
-    fn the_validated_history_keeps_the_energy_of_what_moves() {
+    fn validated_history_keeps_the_energy_of_moving_scenes_to_2_percent() {
         for (width, height, paths, frames) in [(192, 108, 0.5, 24), (64, 36, 200.0, 8)] {
             let light_paths = (paths * f64::from(width * height)) as u32;
             let config = RenderConfig {
@@ -417,7 +419,7 @@ mod release {
                 let [mut validated, paper] = kept(moving, [&VALIDATED, &PAPER], &config, frames, seeds);
                 while validated.error > 0.01 {
                     seeds *= 2;
-                    assert!(seeds < 100, "the test has lost its subject: {validated:?}");
+                    assert!(seeds < 100, "the test has nothing to check: {validated:?}");
                     [validated] = kept(moving, [&VALIDATED], &config, frames, seeds);
                 }
                 println!(

@@ -1,4 +1,4 @@
-//! Light from all around: where its image lies, how directions are sampled, and what it makes of a scene.
+//! Light of an environment: orientation of its image, sampling of directions, and its effect on a scene.
 
 use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::scene::{EnvironmentMap, Scene};
@@ -35,7 +35,7 @@ fn sky() -> EnvironmentMap {
     EnvironmentMap::new(width, height, (0..width * height).map(texel).collect())
 }
 
-/// A ball in the middle of nothing, seen from the side.
+/// A ball in empty space, seen from the side.
 fn ball(material: Material) -> Scene {
     let mut b = Builder::default();
     let ball = b.material(material);
@@ -49,9 +49,9 @@ fn put(mut scene: Scene, map: EnvironmentMap) -> Scene {
     scene
 }
 
-/// An image of a colour for each axis: where it is, whatever it is turned by.
+/// An image with a colour for each axis: its position under any rotation.
 #[test]
-fn the_middle_of_the_picture_is_z_and_a_quarter_from_the_left_is_x() {
+fn environment_image_has_z_in_the_middle_and_x_a_quarter_from_the_left() {
     let axes = [Vec3::NEG_Z, Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y];
     let (width, height) = (64, 32);
     // Columns around the left edge, a quarter, the middle, three quarters; rows at the poles.
@@ -70,7 +70,7 @@ fn the_middle_of_the_picture_is_z_and_a_quarter_from_the_left_is_x() {
     for (id, axis) in axes.into_iter().enumerate() {
         assert_eq!(seen(&scene, axis), 1.0 + id as f32, "{axis}");
     }
-    // A quarter of a turn brings what was at +z to +x.
+    // A quarter turn brings the texel of +z to +x.
     let turned = put(ball(lambert(0.5)), map.clone().placed(1.0, 90.0));
     for (from, to) in [(Vec3::Z, Vec3::X), (Vec3::X, Vec3::NEG_Z), (Vec3::Y, Vec3::Y)] {
         assert_eq!(seen(&turned, to), seen(&scene, from), "{from} to {to}");
@@ -80,7 +80,7 @@ fn the_middle_of_the_picture_is_z_and_a_quarter_from_the_left_is_x() {
 }
 
 #[test]
-fn the_square_of_directions_keeps_areas_and_comes_back() {
+fn square_to_sphere_map_preserves_area_and_inverts() {
     let mut sum = Vec3::ZERO;
     for path in 0..SAMPLES {
         let u = Rng::new(Stream::Light, 3, path, 0).next4();
@@ -96,9 +96,9 @@ fn the_square_of_directions_keeps_areas_and_comes_back() {
     assert!((sum / n - Vec3::splat(1.0 / 3.0)).abs().max_element() < 4.0 * 0.3 / n.sqrt(), "{}", sum / n);
 }
 
-/// What light sampling draws: its density is what `pdf_solid_angle` says, and irradiance upwards is that of the image.
+/// Light samples have the density that `pdf_solid_angle` reports, and give the image's irradiance on an upward face.
 #[test]
-fn connections_follow_their_density_and_bring_the_irradiance() {
+fn environment_samples_follow_their_density_and_give_the_irradiance() {
     let scene = put(ball(lambert(0.5)), sky());
     let world = World::new(&scene, &RenderConfig::default());
     let light = scene.lights[0];
@@ -118,7 +118,7 @@ fn connections_follow_their_density_and_bring_the_irradiance() {
     let (measure, error) = mean_and_error(&measures);
     println!("solid angle {measure:.4} +- {error:.4}");
     assert!((measure - 4.0 * std::f64::consts::PI).abs() < 4.0 * error && error < 0.2);
-    // By a fine sum over the image's texels; the same as between them, but for what crosses the horizon.
+    // Sum finely over the image's texels; interpolation gives the same except for texels that cross the horizon.
     let (sum, _) = integral(&scene, |direction| direction.y.max(0.0));
     let (irradiance, error) = mean_and_error(&irradiances);
     println!(
@@ -130,7 +130,7 @@ fn connections_follow_their_density_and_bring_the_irradiance() {
     assert!(suns > SAMPLES / 5);
 }
 
-/// Integral of the red radiance times a weight over all directions by a fine grid, and the measure of it.
+/// Integral of the red radiance times a weight over all directions, by a fine grid, and the solid angle of all.
 fn integral(scene: &Scene, weight: impl Fn(Vec3) -> f32) -> (f64, f64) {
     let (columns, rows) = (2048, 1024);
     let (mut sum, mut measure) = (0.0, 0.0);
@@ -162,9 +162,9 @@ fn config(seed: u32) -> RenderConfig {
     }
 }
 
-/// Under the same sky everywhere a lossless thing cannot be seen; one that reflects half is half as bright.
+/// Under a uniform sky a lossless object is invisible, and one that reflects half is half as bright.
 #[test]
-fn in_a_furnace_lossless_things_cannot_be_seen() {
+fn lossless_objects_in_a_furnace_are_invisible() {
     let furnace = EnvironmentMap::constant(Vec3::splat(0.7));
     for (what, material, albedo) in [
         ("glass", glass(1.5), 1.0),
@@ -183,12 +183,12 @@ fn in_a_furnace_lossless_things_cannot_be_seen() {
             assert!((corner.value - 0.7).abs() < 1e-5, "{what}: {corner:?}");
             let slack = 4.0 * middle.error + 2e-3 * albedo;
             assert!((middle.value - 0.7 * albedo).abs() < slack, "{what}: {middle:?}");
-            assert!(middle.error < 0.01, "the test is too blunt: {middle:?}");
+            assert!(middle.error < 0.01, "the test is too noisy: {middle:?}");
         }
     }
 }
 
-/// Things on a floor, to be put under a sky.
+/// Objects on a floor, without a sky.
 fn things() -> Builder {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.6));
@@ -206,10 +206,10 @@ fn open_sky(map: EnvironmentMap) -> Scene {
     put(things().build(), map)
 }
 
-/// The split, by every emission and either share of light paths, is plain path tracing. The sky without its sun, which the
+/// Every emission, with either share of light paths, agrees with plain path tracing. The sky has no sun, which the
 /// reference would find too seldom behind glass.
 #[test]
-fn every_way_finds_the_light_of_the_sky() {
+fn every_emission_and_caustics_setting_matches_path_tracing_under_a_sky() {
     let (width, height) = (32, 16);
     let texel = |index: u32| {
         let (x, y) = (index % width, index / width);
@@ -231,15 +231,15 @@ fn every_way_finds_the_light_of_the_sky() {
         let split = Blocks::render(&CPU, &scene, &config, &PROGRESSIVE, &PHOTONS_GRID, 100);
         let scores = split.scores(&reference);
         println!("{caustics:?}, {}: {scores:?}, caustic share {:.3}", emission.name, split.caustic_share);
-        assert!(scores.ratio_error < 0.01 && split.caustic_share > 0.01, "the test has lost its subject");
+        assert!(scores.ratio_error < 0.01 && split.caustic_share > 0.01, "the test has nothing to check");
         faults.extend(scores.fault().map(|fault| format!("{caustics:?}, {}: {fault}", emission.name)));
     }
     assert!(faults.is_empty(), "{faults:?}");
 }
 
-/// The sun of an image behaves like parallel light of its irradiance, as far as its width lets it.
+/// The sun of an image acts like parallel light of its irradiance, as far as its width lets it.
 #[test]
-fn a_sun_in_the_picture_is_a_directional_light() {
+fn sun_of_an_environment_image_matches_a_directional_light() {
     let (width, height) = (2048, 1024);
     let index = 250 * width + 700;
     let mut texels = vec![Vec3::ZERO; (width * height) as usize];
@@ -264,14 +264,14 @@ fn a_sun_in_the_picture_is_a_directional_light() {
     println!("{scores:?}");
     assert!((scores.ratio - 1.0).abs() < 4.0 * scores.ratio_error + 0.002, "{scores:?}");
     assert!((sun.caustic_share / directional.caustic_share - 1.0).abs() < 0.02);
-    assert!(sun.caustic_share > 0.02, "the test has lost its subject");
+    assert!(sun.caustic_share > 0.02, "the test has nothing to check");
 }
 
-/// Half the width of a lens, the radius of its round side and the distance of a screen from its flat side (m); it stands with
-/// the flat side to the sun. Its focus lies 1.6 m behind it.
+/// Half the width of a lens, the radius of its round side, and the distance of a screen from its flat side (m). The
+/// flat side faces the sun; the focus lies 1.6 m behind it.
 const LENS: (f64, f64, f64) = (0.3, 0.8, 1.1);
 
-/// A plano-convex lens of glass around the origin that faces this direction, and a dark screen behind it.
+/// A plano-convex glass lens around the origin that faces this direction, and a dark screen behind it.
 fn lens(to_sun: DVec3) -> Builder {
     let (half, round, distance) = LENS;
     let turn = glam::DQuat::from_rotation_arc(DVec3::Y, to_sun);
@@ -279,7 +279,7 @@ fn lens(to_sun: DVec3) -> Builder {
     let (screen, glass) = (b.material(lambert(1e-6)), b.material(glass(1.5)));
     let (rings, segments) = (64, 128);
     let centre = (round * round - half * half).sqrt();
-    // By ring and segment on the round side, whose centre lies above the flat side.
+    // Position by ring and segment on the round side, whose centre lies above the flat side.
     let at = |ring: u32, segment: u32| {
         let r = half * f64::from(ring) / f64::from(rings);
         let (sin, cos) =
@@ -306,7 +306,7 @@ fn lens(to_sun: DVec3) -> Builder {
     b
 }
 
-/// Share of the light on the lens that it brings within a radius of its axis on the screen, by Snell's law and Fresnel's.
+/// Share of the lens's light within a radius of its axis on the screen, by Snell's and Fresnel's laws.
 fn within_on_screen(radius: f64) -> f64 {
     let (half, round, distance) = LENS;
     let centre = (round * round - half * half).sqrt();
@@ -325,10 +325,10 @@ fn within_on_screen(radius: f64) -> f64 {
     (0..steps).map(ring).sum()
 }
 
-/// Through a lens too: what a sun of 0.18 degrees leaves within circles on a screen is what a directional light of its irradiance
-/// does, and what Snell's and Fresnel's laws say.
+/// Behind a lens, a sun of 0.18 degrees leaves as much light within circles on a screen as a directional light of its
+/// irradiance. Both match Snell's and Fresnel's laws.
 #[test]
-fn a_sun_in_the_picture_shines_through_a_lens_as_a_directional_light_does() {
+fn sun_of_an_environment_image_matches_a_directional_light_behind_a_lens() {
     let (width, height) = (2048, 1024);
     let index = 250 * width + 700;
     let mut texels = vec![Vec3::ZERO; (width * height) as usize];
@@ -371,16 +371,17 @@ fn a_sun_in_the_picture_shines_through_a_lens_as_a_directional_light_does() {
     for ((radius, sun), directional) in radii.into_iter().zip(sun).zip(directional) {
         let expected = within_on_screen(radius);
         println!("within {radius}: sun {sun:.4?}, directional {directional:.4?}, expected {expected:.4}");
-        // Facets of the round side, and half a per cent for the tail of the map's texels around the sun and its width.
+        // The facets of the round side; half a per cent is for the tail of the map's texels around the sun, and for its
+        // width.
         assert!((directional.0 - expected).abs() < 3.5 * directional.1 + 2e-3, "{radius}: {directional:?}");
         assert!((sun.0 - expected).abs() < 3.5 * sun.1 + 5e-3, "{radius}: {sun:?}");
-        assert!(sun.1 < 0.02 && directional.1 < 0.02, "the test is too blunt");
+        assert!(sun.1 < 0.02 && directional.1 < 0.02, "the test is too noisy");
     }
 }
 
-/// What the sky emits is absorbed, or escapes.
+/// Flux of the sky is absorbed, or escapes.
 #[test]
-fn the_ledger_of_the_sky_closes() {
+fn ledger_balances_under_a_sky() {
     let scene = open_sky(sky());
     let config = RenderConfig {
         width: 8,
@@ -394,14 +395,15 @@ fn the_ledger_of_the_sky_closes() {
     let energy = ledger(&world, &world.by_power(), 0);
     println!("{energy:?}");
     let emitted = f64::from(scene.flux.element_sum());
-    // Glass and mirrors scatter nearly all flux without noise; four errors of what the floor's directions leave.
+    // Glass and mirrors scatter nearly all flux without noise; four errors of the noise of the floor's directions.
     assert!(energy.residual.abs() < 2e-3, "{energy:?}");
     assert!((energy.emitted / emitted - 1.0).abs() < 0.02, "{} {emitted}", energy.emitted);
 }
 
-/// A scene without an environment does not know the code; the sampled light is parallel, so that its code is there.
+/// A scene without an environment compiles without its code. Sampled sky light is parallel, so that the code of
+/// parallel light is compiled in.
 #[test]
-fn features_say_what_is_there() {
+fn environment_feature_is_set_only_with_an_environment() {
     let features = |scene: &Scene| scene.features(0.25);
     assert!(!features(&open_air().build()).has(Features::ENVIRONMENT));
     let of_sky = features(&open_sky(sky()));

@@ -1,4 +1,4 @@
-//! O9: what must not change an image, and what must scale it.
+//! O9: changes that must keep an image, and changes that must scale it.
 
 use bytemuck::{cast_slice, pod_collect_to_vec};
 use caustics::render_config::{Paths, RenderConfig};
@@ -39,7 +39,7 @@ fn max_relative(a: &[Vec3], b: &[Vec3]) -> f32 {
 }
 
 #[test]
-fn threads_change_no_bit() {
+fn threads_change_no_bit_of_any_gather() {
     let scene = mixed_room().build();
     for gather in variant::ALL.iter().filter(|variant| !variant.hardware) {
         let light_paths = if gather.name == "brute" { 2_000 } else { 60_000 };
@@ -53,12 +53,12 @@ fn threads_change_no_bit() {
         }
         let first = &runs[0];
         assert!(first[0].0.caustics != first[1].0.caustics && first[0].0.path != first[1].0.path);
-        assert!(first[0].0.photons.iter().sum::<f32>() > 50.0, "the test has lost its subject");
+        assert!(first[0].0.photons.iter().sum::<f32>() > 50.0, "the test has nothing to check");
     }
 }
 
 #[test]
-fn threads_change_no_bit_of_what_blends() {
+fn threads_change_no_bit_of_a_blended_scene() {
     let scene = blended_room().build();
     let config = RenderConfig { light_paths: Paths::Count(60_000), ..config() };
     let runs = [1, 2, 7].map(|threads| render(&scene, &config, "photons-grid", None, threads, 2));
@@ -72,30 +72,30 @@ fn threads_change_no_bit_of_what_blends() {
 }
 
 #[test]
-fn another_seed_draws_other_numbers() {
+fn another_seed_changes_most_pixels() {
     let scene = mixed_room().build();
     let (a, b) = (image(&scene, &config()), image(&scene, &RenderConfig { seed: 1, ..config() }));
     assert!(differing(&a.path, &b.path) > 64 * 48 / 2);
     assert!(differing(&a.caustics, &b.caustics) > 100);
 }
 
-/// Makes a scene.
+/// Builds a scene.
 type Make = fn() -> Builder;
-/// Scenes with every kind of light between them.
+/// Scenes that together have every kind of light.
 const SCENES: [(&str, Make); 2] = [("mixed room", mixed_room), ("open air", open_air)];
 
 #[test]
-fn pictures_scale_with_the_light() {
+fn images_scale_with_the_light() {
     for (name, scene) in SCENES {
         let plain = image(&scene().build(), &config());
-        assert!(mean_of(&plain.caustics) > 1e-3, "{name} has lost its caustics");
+        assert!(mean_of(&plain.caustics) > 1e-3, "{name} has no caustics");
         for exponent in [-20, 20] {
             let scale = 2.0_f32.powi(exponent);
             let mut scaled = image(&scene().brightened(scale).build(), &config());
             scaled.path.iter_mut().chain(&mut scaled.caustics).for_each(|value| *value /= scale);
             assert_same(&plain, &scaled, &format!("{name}, light x 2^{exponent}"));
         }
-        // Other factors: the paths are the same, so rounding alone is seen.
+        // Other factors: the paths are the same, so that only rounding differs.
         for scale in [1e-6_f32, 1e6] {
             let mut scaled = image(&scene().brightened(scale).build(), &config());
             scaled.path.iter_mut().chain(&mut scaled.caustics).for_each(|value| *value /= scale);
@@ -110,7 +110,7 @@ fn pictures_scale_with_the_light() {
 }
 
 #[test]
-fn pictures_do_not_depend_on_the_unit_of_length() {
+fn images_do_not_depend_on_the_unit_of_length() {
     for (name, scene) in SCENES {
         let plain = image(&scene().build(), &config());
         for exponent in [-10, 13] {
@@ -135,7 +135,7 @@ fn pictures_do_not_depend_on_the_unit_of_length() {
     }
 }
 
-/// Renders with the scene's needs and with all; the bits to blame are printed.
+/// Renders with the scene's features and with all; prints the features that change a bit.
 fn assert_needs_change_nothing(name: &str, scene: &Scene) {
     let own = render(scene, &config(), "photons-grid", None, 0, 1).remove(0);
     let with = |features| render(scene, &config(), "photons-grid", Some(features), 0, 1).remove(0);
@@ -154,7 +154,7 @@ fn assert_needs_change_nothing(name: &str, scene: &Scene) {
 }
 
 #[test]
-fn code_that_a_scene_does_not_need_changes_no_bit() {
+fn code_of_unused_features_changes_no_bit() {
     for name in ["mirror-room", "glossy-room", "plain-room", "ring", "textured-room"] {
         assert_needs_change_nothing(name, &committed(name));
     }
@@ -169,7 +169,7 @@ fn code_that_a_scene_does_not_need_changes_no_bit() {
     assert_needs_change_nothing("coat of index 1", &scene);
 }
 
-/// Flat faces only: interpolated normals must be the face's to the bit.
+/// Flat faces only: interpolated normals must equal the face's to the bit.
 #[test]
 fn code_for_smooth_normals_changes_no_bit_of_flat_scenes() {
     let mut flat = Builder::default();
@@ -182,7 +182,7 @@ fn code_for_smooth_normals_changes_no_bit_of_flat_scenes() {
     assert_needs_change_nothing("flat", &flat.build());
 }
 
-/// The committed ring below a root node that is moved by `by` along every axis.
+/// The committed ring below a root node that is translated by `by` along every axis.
 fn translated_ring(folder: &Path, by: f64) -> Scene {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/ring");
     let text = std::fs::read_to_string(source.join("scene.gltf")).unwrap();
@@ -199,7 +199,7 @@ fn translated_ring(folder: &Path, by: f64) -> Scene {
 }
 
 #[test]
-fn moved_scenes_look_the_same() {
+fn scene_moved_by_1e5_m_keeps_its_image_means() {
     let folder = tempfile::tempdir().unwrap();
     let plain = translated_ring(folder.path(), 0.0);
     let expected = image(&plain, &config());
@@ -226,9 +226,9 @@ fn moved_scenes_look_the_same() {
     }
 }
 
-/// Light paths in batches give what one batch gives: sums are integers.
+/// Light paths in batches give the bits of one batch: sums are integers.
 #[test]
-fn batches_change_no_bit() {
+fn batches_of_light_paths_change_no_bit() {
     let scene = mixed_room().build();
     let config = config();
     let features = scene.features(config.specular_roughness);
@@ -256,7 +256,7 @@ fn batches_change_no_bit() {
 
 /// A delta lobe is specular whatever the threshold: mirror-room has no other reflections.
 #[test]
-fn threshold_below_a_delta_mirror_changes_no_bit() {
+fn specular_threshold_of_0_changes_no_bit_of_a_delta_mirror() {
     let scene = committed("mirror-room");
     let with = |specular_roughness| {
         let config = RenderConfig { specular_roughness, ..config() };

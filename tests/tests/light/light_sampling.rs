@@ -1,4 +1,4 @@
-//! How camera paths find lights: all settings have the same mean, and what they leave to noise.
+//! Light sampling of camera paths: all samplers have the same mean; their noise is compared.
 
 use std::f64::consts::PI;
 
@@ -18,17 +18,17 @@ fn config(light_sampler: LightSampler, seed: u32) -> RenderConfig {
     RenderConfig { width: 64, height: 48, light_sampler, seed, ..RenderConfig::default() }
 }
 
-/// What frames of path tracing find, block by block.
+/// Blocks of frames of path tracing by a light sampler.
 fn blocks(scene: &Scene, light_sampler: LightSampler, frames: u32) -> Blocks {
     let seed = light_sampler as u32;
     let config = RenderConfig { pixel_filter: PixelFilter::Box, ..config(light_sampler, seed) };
     Blocks::render(&CPU, scene, &config, &PATH, &PHOTONS_GRID, frames)
 }
 
-/// Few lights and many, of every type, seen by lobes of every width: the same light, block by block.
+/// Few lights and many, of every type, seen by lobes of every width: equal light, block by block.
 #[test]
-fn every_way_finds_the_same_light() {
-    // Two lamps that are two triangles each; with a spot more than that; with all types.
+fn every_light_sampler_finds_the_same_light() {
+    // Two emitters of two triangles each; with a spot light more than four lights; with all types.
     let mut spot = room_of_lights(2);
     spot.spot(DVec3::new(0.0, 0.9, 0.0), -DVec3::Y, 0.2, 0.5, 2.0);
     let mut all = room_of_lights(7);
@@ -49,15 +49,15 @@ fn every_way_finds_the_same_light() {
         for setting in [LightSampler::Resampled, LightSampler::Uniform] {
             let scores = blocks(&scene, setting, frames).scores(&power);
             println!("{name}, {setting:?}: {scores:?}");
-            assert!(scores.ratio_error < 0.015, "the test is too blunt");
+            assert!(scores.ratio_error < 0.015, "the test is too noisy");
             assert!(scores.fault().is_none(), "{name}, {setting:?}: {:?}", scores.fault());
         }
     }
 }
 
-/// Two lamps of different colours over a floor: without anything between them there is nothing to be sampled.
+/// Two lights of different colours over a floor: without occluders nothing is left to sample.
 #[test]
-fn two_point_lights_leave_no_noise() {
+fn resampled_sampling_of_two_visible_point_lights_has_no_noise() {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.6));
     b.panel(floor, DVec3::ZERO, 9.0 * DVec3::Z, 9.0 * DVec3::X);
@@ -100,10 +100,10 @@ fn two_point_lights_leave_no_noise() {
     }
 }
 
-/// A ceiling of a thousand emitters of very different powers: candidates leave less than half of the variance of one lamp by power,
-/// and that less than of one at random.
+/// A ceiling of a thousand emitters of very different powers: candidates leave less than half of the variance of one
+/// light by power. That is less than the variance of one light at random.
 #[test]
-fn of_a_thousand_emitters_near_ones_are_found() {
+fn resampled_sampling_of_1000_emitters_halves_the_variance_of_sampling_by_power() {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.6));
     let lights = [1.0, 2.0, 3.0, 12.0].map(|radiance| b.material(emitter(radiance)));

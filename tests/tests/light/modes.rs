@@ -1,4 +1,4 @@
-//! Ways to fail that no other test holds: flicker and fireflies, rays that meet the face they leave, light paths that
+//! Failure modes that no other test covers: flicker and fireflies, rays that meet the face they leave, light paths that
 //! reach no caster. `tests/stability.toml` lists all modes.
 
 use caustics::render_config::{Paths, RenderConfig};
@@ -41,19 +41,19 @@ fn frames(
     (0..frames.end).map(&mut frame).skip(frames.start as usize).collect()
 }
 
-/// The value that one pixel in a thousand is above.
+/// The 99.9th percentile of the pixels.
 fn brightest(frame: &[f64]) -> f64 {
     let mut sorted = frame.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted[sorted.len() * 999 / 1000]
 }
 
-/// Inside a mirrored ring cones focus again and again. Without a least width a pixel there had a disc of 0.04 mm among those
-/// of 18 mm: hardly ever a photon on it, and then one that outshines the image. Too rare to be met in a few frames, so
-/// the variance is not sampled but computed: n photons of equal flux, n of Poisson's law, on a disc of radius r have one in
-/// proportion to L / r^2.
+/// Inside a mirrored ring, cones focus again and again. Without a minimum width a pixel there had a disc of 0.04 mm
+/// among discs of 18 mm. It hardly ever has a photon, and then one that outshines the image. A few frames rarely show
+/// this, so the variance is computed instead of sampled. A Poisson number of photons of equal flux on a disc of radius
+/// r has a variance in proportion to L / r^2.
 #[test]
-fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
+fn ten_pixels_hold_less_than_5_percent_of_the_variance_in_a_ring() {
     let scene = committed("ring");
     let config = RenderConfig {
         width: 240,
@@ -67,7 +67,7 @@ fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
         (0..240 * 135).map(|pixel| runs.iter().map(|run| run[pixel]).sum::<f64>() / 16.0).collect();
     let dark = 0.1 * reference.iter().sum::<f64>() / reference.len() as f64;
     let points = World::new(&scene, &config).collect();
-    // L is that of the pixels around, which the fireflies under test are not in.
+    // L is the median of the pixels around, which excludes the fireflies under test.
     let median = |pixel: usize| {
         let mut near = [0, 1, 2, 240, 241, 242, 480, 481, 482]
             .map(|by| reference[(pixel + by).saturating_sub(241).min(reference.len() - 1)]);
@@ -88,8 +88,8 @@ fn ten_pixels_do_not_hold_the_variance_of_a_ring() {
     assert!(share < 0.05, "{share}");
 }
 
-/// Flicker: mean change of a pixel from frame to frame over the mean; fireflies: the 99.9th percentile of a frame over that
-/// of the reference. Histories must lower both; Kim's method has none.
+/// Flicker: mean change of a pixel from frame to frame over the mean. Fireflies: the 99.9th percentile of a frame over
+/// that of the reference. Histories must lower both; Kim's method has no history.
 #[test]
 fn histories_lower_flicker_and_fireflies() {
     let scene = committed("mirror-room");
@@ -123,14 +123,14 @@ fn histories_lower_flicker_and_fireflies() {
     {
         println!("{name}: flicker {flicker:.3}, 99.9th percentile {fireflies:.2} of the reference's");
     }
-    assert!(none.0 > 0.5 && none.1 > 2.0, "the test has lost its subject");
+    assert!(none.0 > 0.5 && none.1 > 2.0, "the test has nothing to check");
     // The paper keeps 0.8 of the light: a frame's change is a fifth. An average over n frames changes by 1 / n.
     assert!(paper.0 < 0.35 * none.0 && validated.0 < 0.35 * none.0);
     assert!(paper.1 < 0.7 * none.1 && validated.1 < 0.7 * none.1);
 }
 
-/// Rays that leave a ball of facets from a shared edge or corner, outwards from all facets there, meet nothing; inwards they
-/// meet the other side. In any size and position.
+/// Rays that leave a faceted ball from a shared edge or corner, outwards from all facets there, meet nothing. Inwards
+/// they meet the other side. This holds for any size and position.
 #[test]
 fn rays_from_shared_edges_neither_meet_their_faces_nor_leak() {
     let (mut left, mut entered) = (0, 0);
@@ -147,7 +147,7 @@ fn rays_from_shared_edges_neither_meet_their_faces_nor_leak() {
             let mut rng = Rng::new(Stream::Light, 5, path, 0);
             let (u, v) = (rng.next4(), rng.next4());
             let triangle = scene.triangles[(u.x * scene.triangles.len() as f32) as usize];
-            // On an edge, one time in four on a corner.
+            // Start on an edge, and one time in four on a corner.
             let along = if u.y < 0.25 { 0.0 } else { u.z };
             let corners = [triangle.a, triangle.b, triangle.c];
             let first = (u.w * 2.999) as usize;
@@ -169,12 +169,12 @@ fn rays_from_shared_edges_neither_meet_their_faces_nor_leak() {
         }
     }
     println!("{left} rays left, {entered} entered");
-    assert!(left > 30_000 && entered > 30_000, "the test has lost its subject");
+    assert!(left > 30_000 && entered > 30_000, "the test has nothing to check");
 }
 
-/// A strong lamp behind a wall takes most light paths; what the weak one casts is noisier, and as bright.
+/// A strong light behind a wall takes most light paths; the caustics of the weak light are noisier, and as bright.
 #[test]
-fn a_lamp_that_reaches_no_caster_costs_noise_and_nothing_else() {
+fn light_that_reaches_no_caster_raises_the_variance_and_keeps_the_mean() {
     let scene = |hidden: f32| {
         let mut b = Builder::default();
         let floor = b.material(lambert(0.6));
@@ -184,7 +184,7 @@ fn a_lamp_that_reaches_no_caster_costs_noise_and_nothing_else() {
         b.panel(floor, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
         b.wall(ring, 0.001 * DVec3::Y, 0.4, 0.25, 0.0, std::f64::consts::TAU, 96);
         b.panel(weak, DVec3::new(0.9, 0.9, 0.0), 0.05 * DVec3::X, 0.05 * DVec3::Z);
-        // Below the floor, looking down.
+        // Below the floor, facing down.
         b.panel(strong, DVec3::new(0.0, -1.0, 0.0), 0.05 * DVec3::X, 0.05 * DVec3::Z);
         b.camera(DVec3::new(0.0, 2.0, 0.9), DVec3::ZERO, 0.6);
         b.build()
@@ -195,7 +195,7 @@ fn a_lamp_that_reaches_no_caster_costs_noise_and_nothing_else() {
         let frames = frames(&scene(hidden), &config, &BASIC, &NONE, 0..24);
         Mean::from_samples(&frames.iter().map(|frame| frame.iter().sum::<f64>()).collect::<Vec<_>>())
     };
-    // Three quarters of the flux are the hidden lamp's.
+    // Three quarters of the flux are the hidden light's.
     let (alone, with) = (totals(1.0e-6), totals(60.0));
     let variance = (with.error / alone.error).powi(2);
     println!("caustics {:?} alone, {:?} with it: variance {variance:.2} (expected 4)", alone, with);

@@ -1,4 +1,4 @@
-//! Statistical tests, of which those in `long` take minutes.
+//! Statistical tests; those in `long` take minutes.
 
 use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::scene::texture::Role;
@@ -50,7 +50,7 @@ fn branches(p: (f64, f64)) -> f64 {
     sum
 }
 
-/// Mean of `branches` over a disc: what a count of flux in it measures.
+/// Mean of `branches` over a disc: the quantity that a count of flux in the disc measures.
 fn disc_mean(p: (f64, f64), radius: f64) -> f64 {
     let cells = 24;
     let along = |i: i32| (f64::from(2 * i + 1) / f64::from(cells) - 1.0) * radius;
@@ -102,7 +102,7 @@ fn measured(paths: u32) -> [(f64, f64); 4] {
     })
 }
 
-/// Compares the first `points` of the list; 0.5 % is for 4096 facets and the quadrature over discs.
+/// Compares the first `points` points of the list; 0.5 % is for 4096 facets and the quadrature over discs.
 fn check_ring(paths: u32, points: usize) {
     for ((t, z, listed, radius), (value, error)) in LISTED.into_iter().zip(measured(paths)).take(points) {
         let p = reflected(t, z);
@@ -122,10 +122,11 @@ fn ring_mirror_makes_its_nephroid() {
     check_ring(1_500_000, 3);
 }
 
-/// A closed room with glossy things (GGX, roughness 0.2 and 0.25). Below that threshold they are no casters and the
-/// path tracer finds their light; above, they are casters whose caustics are gathered. The sum is the same.
+/// A closed room with glossy objects (GGX, roughness 0.2 and 0.25). With a threshold below the roughness they are no
+/// casters, and the path tracer finds their light. With a threshold above it, their caustics are gathered. The sum is
+/// the same.
 ///
-/// `mixed` swaps a block for a coated one, which casts by its coat and receives by its base, and adds a point light;
+/// `mixed` adds a point light, and swaps a block for a coated one, which casts by its coat and receives by its base.
 /// `segments` adds a sphere of facets under smooth normals.
 fn glossy_room(mixed: bool, segments: u32) -> Builder {
     let mut b = Builder::default();
@@ -169,7 +170,8 @@ fn blocks(scene: &caustics::scene::Scene, config: &RenderConfig, frames: u32) ->
     (rows, caustic / all)
 }
 
-/// z-scores of the blocks' differences between two settings, and of the whole image's.
+/// z-scores of the difference between two settings: of the whole image, the blocks' mean square, and the largest of the
+/// blocks.
 fn compare(a: &[Vec<f64>], b: &[Vec<f64>]) -> (f64, f64, f64) {
     let z = |a: Vec<f64>, b: Vec<f64>| {
         let ((mean_a, error_a), (mean_b, error_b)) = (mean_and_error(&a), mean_and_error(&b));
@@ -183,19 +185,19 @@ fn compare(a: &[Vec<f64>], b: &[Vec<f64>]) -> (f64, f64, f64) {
     (z(whole(a), whole(b)), square, scores.iter().fold(0.0, |worst: f64, z| worst.max(z.abs())))
 }
 
-/// The sum of two thresholds, one on either side of the things' roughness.
+/// Compares the sums of two thresholds, one on either side of the objects' roughness.
 fn sums_agree(what: &str, scene: &caustics::scene::Scene, frames: u32) {
     sums_of_thresholds_agree(what, scene, [0.1, 0.4], frames);
 }
 
-/// The same for other thresholds.
+/// Compares the sums of these thresholds.
 fn sums_of_thresholds_agree(
     what: &str,
     scene: &caustics::scene::Scene,
     [below, above]: [f32; 2],
     frames: u32,
 ) {
-    // Small discs: what a disc loses at the room's edges is a bias of the estimator, not of the split.
+    // Small discs: the loss of discs at the room's edges is a bias of the estimator, not of the split.
     let with = |specular_roughness, seed| RenderConfig {
         width: 64,
         height: 48,
@@ -216,7 +218,7 @@ fn sums_of_thresholds_agree(
     println!("{what}, threshold {below}: {:?}, caustic share {low_share:.4}", mean(&low));
     println!("{what}, threshold {above}: {:?}, caustic share {high_share:.4}", mean(&high));
     println!("{what}: z of the whole {whole:.2}, mean square z of 48 blocks {square:.2}, largest {worst:.2}");
-    assert!(low_share == 0.0 && high_share > 0.02, "the test has lost its subject");
+    assert!(low_share == 0.0 && high_share > 0.02, "the test has nothing to check");
     assert!(whole.abs() < 3.0, "the whole image: z = {whole}");
     // 48 blocks: their mean square z is 1 +- 0.2; 4.2 is exceeded by one block in 800 such tests.
     assert!(square < 1.8 && worst < 4.2, "blocks: {square} {worst}");
@@ -225,39 +227,39 @@ fn sums_of_thresholds_agree(
 mod long {
     use super::*;
 
-    /// The same more sharply, at all four.
+    /// Compares all four points of the list, with less noise.
     #[test]
     #[ignore = "16 million light paths: about half a minute on two cores"]
     fn ring_mirror_makes_its_nephroid_sharply() {
         check_ring(16_000_000, 4);
     }
 
-    /// The sum rule: who computes a path does not change the image, in no block of it.
+    /// The sum of both layers does not depend on the threshold, in any block of the image.
     #[test]
     #[ignore = "600 frames: about half a minute on two cores"]
-    fn the_split_into_classes_does_not_change_the_sum() {
+    fn sum_of_layers_does_not_depend_on_the_specular_threshold() {
         sums_agree("glossy metal", &glossy_room(false, 0).build(), 300);
     }
 
-    /// The same where one surface casts by one lobe and receives by another, and point lights shine on glossy lobes.
+    /// One surface casts by one lobe and receives by another, and point lights shine on glossy lobes.
     #[test]
     #[ignore = "600 frames: about half a minute on two cores"]
-    fn the_split_of_mixed_lobes_does_not_change_the_sum() {
+    fn sum_of_layers_does_not_depend_on_the_threshold_of_mixed_lobes() {
         sums_agree("coat over Lambert", &glossy_room(true, 0).build(), 300);
     }
 
-    /// The same on smooth normals over coarse facets: the adjoint correction of light paths.
+    /// Smooth normals over coarse facets: the adjoint correction of light paths.
     #[test]
     #[ignore = "600 frames: about half a minute on two cores"]
-    fn the_split_at_smooth_normals_does_not_change_the_sum() {
+    fn sum_of_layers_does_not_depend_on_the_threshold_at_smooth_normals() {
         sums_agree("smooth normals over 10 x 5 facets", &glossy_room(false, 10).build(), 300);
     }
 
-    /// The same under a spot and a directional light, which nothing but direct connections and light paths find. Lobes are
-    /// rougher, as is the threshold: few paths meet the peak of a sharp one, and 300 frames of those are no normal law.
+    /// A spot and a directional light, which only light sampling and light paths find. Lobes are rougher, as is the
+    /// threshold: few paths meet the peak of a sharp lobe, and 300 frames of those follow no normal law.
     #[test]
     #[ignore = "600 frames: about half a minute on two cores"]
-    fn the_split_under_spots_and_suns_does_not_change_the_sum() {
+    fn sum_of_layers_does_not_depend_on_the_threshold_under_spot_and_directional_lights() {
         let mut b = Builder::default();
         let floor = b.material(lambert(0.6));
         let glossy = b.material(metal(0.9, 0.6));
@@ -272,12 +274,11 @@ mod long {
         sums_of_thresholds_agree("spot and sun", &b.build(), [0.1, 0.7], 300);
     }
 
-    /// The same with textures: a base colour and bumps on the walls, and a metal whose roughness runs from 0.15 to 0.35 and
-    /// whose normals lean. Both thresholds see the finest level only: which level a path sees depends on its prefix, and so
-    /// on the threshold, by intention.
+    /// Textures: a base colour and bumps on the walls, and a metal of roughness 0.15 to 0.35 with tilted normals. Both
+    /// thresholds use the finest level only: a path's level depends on its prefix, and so on the threshold, by design.
     #[test]
     #[ignore = "600 frames: about half a minute on two cores"]
-    fn the_split_of_textured_surfaces_does_not_change_the_sum() {
+    fn sum_of_layers_does_not_depend_on_the_threshold_of_textured_surfaces() {
         let mut b = Builder::default();
         let noise = |x: u32, y: u32| Rng::new(Stream::Camera, 17, x, y).next4().to_array();
         let base_color = b.texture(Role::Color, 8, 8, |x, y| noise(x, y).map(|u| (255.0 - 90.0 * u) as u8));

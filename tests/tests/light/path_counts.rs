@@ -1,4 +1,4 @@
-//! Light paths a pixel, from a hundredth to ten: caustics of one energy, whatever starts the paths and whatever is kept of them.
+//! Light paths per pixel, from a hundredth to ten: caustics have equal energy with every emission, history and method.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
@@ -23,8 +23,8 @@ struct Configuration {
     method: &'static Method,
     emission: &'static Emission,
     history: &'static History,
-    /// Relative standard error of a comparison in the mirror room by 400,000 paths of each number, at most: measured
-    /// ones, rounded up. Paths that start by power seldom meet the small casters.
+    /// Largest relative standard error of a comparison in the mirror room, by 400,000 paths of each number; measured
+    /// values, rounded up. Paths that start by power seldom meet the small casters.
     max_error: f64,
 }
 
@@ -46,8 +46,8 @@ const CONFIGURATIONS: [Configuration; 7] = [
     Configuration { name: "kim2019", method: &KIM2019, max_error: 0.2, ..BY_POWER },
 ];
 
-/// Mean over runs of a view at rest of what the caustics of their frames sum up to. Frames of a run depend on each other where a
-/// history or an emission keeps something.
+/// Mean over runs of the caustics' energy, summed over the frames of a still view. Frames of a run depend on each other
+/// where a history or an emission keeps state.
 fn energy(scene: &Scene, configuration: Configuration, paths_per_pixel: f64, frames: u32, runs: u32) -> Mean {
     let light_paths = (paths_per_pixel * f64::from(WIDTH * HEIGHT)).round() as u32;
     let run = |seed| {
@@ -89,8 +89,9 @@ fn energy(scene: &Scene, configuration: Configuration, paths_per_pixel: f64, fra
     Mean::from_samples(&energies)
 }
 
-/// Compares numbers of paths with ten paths a pixel, `budget` paths of each in `runs` runs. Fails where they differ by
-/// more than three standard errors, or where a relative error is above `error` times the largest of the configuration.
+/// Compares numbers of paths with ten paths per pixel, by `budget` paths of each in `runs` runs. Fails where they
+/// differ by more than three standard errors, or where a relative error exceeds `error` times the largest of the
+/// configuration.
 fn have_one_energy(
     scene: &Scene,
     configurations: &[Configuration],
@@ -148,7 +149,7 @@ mod release {
         }
     }
 
-    /// Photons of this method are as wide as its density map says.
+    /// Photons of this method have the width that its density map gives.
     #[test]
     #[ignore = "a minute"]
     fn splats_of_few_light_paths_have_the_energy_of_many_sharply() {

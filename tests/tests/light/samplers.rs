@@ -1,5 +1,5 @@
-//! Where the numbers of camera paths come from: every sampler finds the same light, what it leaves to noise, and whether the variance
-//! of a mean is what is said of it.
+//! Samplers of camera paths: every sampler finds the same light; the noise of each, and the reported variance of a
+//! mean, are measured.
 
 use caustics::accumulation::{Accumulation, BATCHES};
 use caustics::render_config::{Paths, RenderConfig};
@@ -50,7 +50,8 @@ fn under_a_light() -> Scene {
     b.build()
 }
 
-/// The light of mirrors, glass, textures and lamps in three rooms: means of blocks differ by noise alone, in both layers.
+/// Light of mirrors, glass, textures and emitters in three rooms: means of blocks differ by noise alone, in both
+/// layers.
 #[test]
 fn every_sampler_finds_the_same_light() {
     for (name, method, frames) in
@@ -62,16 +63,16 @@ fn every_sampler_finds_the_same_light() {
         };
         let independent = blocks(Sampler::Independent, 1, 2);
         for sampler in [Sampler::Sobol, Sampler::Blue] {
-            // As many batches as a test of normal numbers wants.
+            // As many batches as a test of normal numbers needs.
             let scores = blocks(sampler, 64, 1).batch_means(64).scores(&independent);
             println!("{name} {sampler:?}: {scores:?}");
-            assert!(scores.ratio_error < 0.03, "the test is too blunt");
+            assert!(scores.ratio_error < 0.03, "the test is too noisy");
             assert!(scores.fault().is_none(), "{name} {sampler:?}: {:?}", scores.fault());
         }
     }
 }
 
-/// Mean over pixels of the relative variance of means of so many frames, from runs of several seeds.
+/// Mean over pixels of the relative variance of means of `counts` frames, from runs of several seeds.
 fn variance(scene: &Scene, config: &RenderConfig, counts: &[u32]) -> Vec<f64> {
     let runs = 8;
     let mut means: Vec<Vec<RenderedImage>> = vec![Vec::new(); counts.len()];
@@ -98,12 +99,13 @@ fn variance(scene: &Scene, config: &RenderConfig, counts: &[u32]) -> Vec<f64> {
     means.iter().map(of_means).collect()
 }
 
-/// Direct light of a lamp in plain view is a smooth integrand: its variance falls faster than that of independent samples, and so with several batches.
+/// Direct light in plain view is a smooth integrand: Sobol's variance falls faster than that of independent samples,
+/// with several batches too.
 #[test]
-fn smooth_light_converges_faster_than_by_chance() {
+fn sobol_variance_of_smooth_light_falls_faster_than_that_of_independent_samples() {
     let scene = under_a_light();
     let counts = [4, 16, 64, 256];
-    // Variances of eight runs, each off by half: those of 768 pixels have a mean that is known to 2 %.
+    // Variances of eight runs are each off by half; their mean over 768 pixels is known to 2 %.
     let variance = |sampler, batches| {
         variance(&scene, &RenderConfig { width: 32, height: 24, ..config(sampler, batches, 0) }, &counts)
     };
@@ -118,9 +120,9 @@ fn smooth_light_converges_faster_than_by_chance() {
     assert!(sobol[3] < 0.1 * independent[3] && batches[3] < 0.2 * independent[3]);
 }
 
-/// In one frame of smooth light, blocks of pixels are far less noisy where pixels share an even set; each pixel is as noisy.
+/// In one frame of smooth light, blue noise makes blocks of pixels far less noisy, and each pixel as noisy.
 #[test]
-fn noise_of_neighbours_evens_out() {
+fn blue_noise_halves_the_variance_of_4_x_4_blocks() {
     let scene = under_a_light();
     let (width, height, side, runs) = (64, 48, 4, 24);
     // Variance between seeds of the means of blocks, over that mean squared.
@@ -152,9 +154,9 @@ fn noise_of_neighbours_evens_out() {
     assert!(of_blocks < 0.5 && (of_pixels - 1.0).abs() < 0.1, "blocks {of_blocks}, pixels {of_pixels}");
 }
 
-/// The variance between batches is that of the mean; that between frames, as if they were independent, is far more.
+/// The variance between batches is that of the mean; between frames, as if they were independent, it is far larger.
 #[test]
-fn variances_of_batches_are_honest() {
+fn variance_between_batches_is_that_of_the_mean_to_10_percent() {
     let scene = under_a_light();
     let frames = 32;
     let reference = variance(&scene, &config(Sampler::Sobol, BATCHES, 0), &[frames])[0];
@@ -173,10 +175,11 @@ fn variances_of_batches_are_honest() {
         (estimated(Accumulation::in_batches(BATCHES)), estimated(Accumulation::default()));
     println!("variance {reference:.3e}, between batches {batches:.3e}, between frames {frames:.3e}");
     assert!((batches / reference - 1.0).abs() < 0.1, "{batches} {reference}");
-    assert!(frames > 2.0 * reference, "a wrong variance is noticed");
+    assert!(frames > 2.0 * reference, "the wrong variance passes");
 }
 
-/// Rough glass of two roughnesses, above and below the threshold of what is specular, between six large lights of different radiance.
+/// Rough glass of two roughnesses, below and above the specular threshold, between six large lights of different
+/// radiance.
 fn rough_glass_between_lights() -> Scene {
     let mut b = Builder::default();
     let frosted = |roughness| Material { roughness, ..glass(1.5) };
@@ -194,23 +197,24 @@ fn rough_glass_between_lights() -> Scene {
     b.build()
 }
 
-/// Means of 24 blocks by independent numbers and by Sobol's, both of as many frames.
+/// Means of 24 blocks by independent numbers and by Sobol's, each over the same number of frames.
 fn by_independent_numbers_and_sobol(scene: &Scene, frames: u32, seed: u32) -> [Blocks; 2] {
     [(Sampler::Independent, 1), (Sampler::Sobol, 64)].map(|(sampler, batches)| {
         let (width, height, max_bounces) = (48, 32, 12);
         let seed = 2 * seed + u32::from(batches > 1);
         let config = RenderConfig { width, height, max_bounces, ..config(sampler, batches, seed) };
         let blocks = Blocks::render(&CPU, scene, &config, &PATH, &PHOTONS_GRID, frames);
-        // Frames that take turns in 64 sequences, so that these are independent; and as many means of frames.
+        // Frames alternate between 64 sequences, which are independent; the other side has as many means of frames.
         blocks.batch_means(64)
     })
 }
 
-/// Compares both in so many repeats, each with a standard error of the whole of at most `error`: none differs, and Sobol's mean
-/// times 1 + `bias` does in nine of ten.
+/// Compares both in `repeats` repeats, each with a standard error of the whole of at most `error`. No repeat differs,
+/// and nine of ten detect Sobol's mean times 1 + `bias`.
 fn sobol_is_unbiased(frames: u32, repeats: u32, error: f64, bias: f64) {
     let scene = rough_glass_between_lights();
-    // 24 blocks at a joint probability of 0.27 %, that of |z| > 3 [Sidak 1967]; Student's t of 126 degrees of freedom for it.
+    // 24 blocks at a joint probability of 0.27 %, that of |z| > 3 [Sidak 1967], by Student's t of 126 degrees of
+    // freedom.
     let (whole, of_blocks) = (3.0, 4.0);
     let mut found = 0;
     for seed in 0..repeats {

@@ -1,4 +1,4 @@
-//! Where light paths by power starve: casters that are small in what a lamp lights. Aimed paths bring the same light, and enough
+//! Emission by power starves where casters are small in a light's reach. Aimed paths bring the same light, and enough
 //! of them.
 
 use caustics::render_config::Paths;
@@ -15,7 +15,7 @@ use glam::DVec3;
 
 const PATHS: u32 = 20_000;
 
-/// Photons of ten frames by power and aimed: how many, and their flux (W).
+/// Photons of ten frames by power and aimed: their number, and their flux (W).
 fn both(scene: &Scene) -> [(u32, Mean); 2] {
     let mut world = World::new(
         scene,
@@ -36,7 +36,7 @@ fn both(scene: &Scene) -> [(u32, Mean); 2] {
     [measure(false), measure(true)]
 }
 
-/// A glass ball of a radius over a floor that reaches so far, under the sun.
+/// A glass ball over a floor of +- `reach` m, under a directional light.
 fn under_the_sun(reach: f64) -> Scene {
     let mut b = Builder::default();
     let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
@@ -47,17 +47,17 @@ fn under_the_sun(reach: f64) -> Scene {
     b.build()
 }
 
-/// A floor a hundred times wider takes ten thousand times the sun's light: by power next to no path meets the ball.
+/// A floor a hundred times wider takes ten thousand times the sun's light: by power, next to no path meets the ball.
 #[test]
-fn a_wide_floor_under_the_sun_starves_no_aimed_path() {
+fn aimed_emission_keeps_half_the_photons_over_a_floor_100_times_wider() {
     let [near, far] = [1.0, 100.0].map(|reach| both(&under_the_sun(reach)));
     println!(
         "small floor: power {:?}, aimed {:?}; wide floor: power {:?}, aimed {:?}",
         near[0], near[1], far[0], far[1]
     );
-    assert!(far[0].0 < near[0].0 / 500, "the test has lost its subject");
+    assert!(far[0].0 < near[0].0 / 500, "the test has nothing to check");
     assert!(2 * far[1].0 > near[0].0 && 2 * far[1].0 > near[1].0);
-    // The same light in all; a floor of 1 m loses what leaves the ball at a slant.
+    // All have the same light; a floor of 1 m loses light that leaves the ball at a slant.
     let [power, aimed] = [near[0].1, near[1].1];
     assert!(power.agrees(&aimed, 3.0) && aimed.error < 0.01 * aimed.value, "{power:?} {aimed:?}");
     let wide = far[1].1;
@@ -67,10 +67,9 @@ fn a_wide_floor_under_the_sun_starves_no_aimed_path() {
     );
 }
 
-/// A ball of a hundredth of a room, by a point light: what it gets, 7e-6 of the light, arrives at the walls, which are nearly
-/// black.
+/// A ball of a hundredth of a room under a point light gets 7e-6 of the light, which arrives at nearly black walls.
 #[test]
-fn a_small_caster_starves_no_aimed_path() {
+fn aimed_emission_reaches_a_ball_of_a_hundredth_of_the_room() {
     let mut b = Builder::default();
     let (wall, ball) = (b.material(lambert(0.01)), b.material(glass(1.5)));
     let (light, centre, radius) = (DVec3::new(0.0, 0.9, 0.0), DVec3::new(0.3, -0.9, 0.2), 0.01);

@@ -21,7 +21,7 @@ use caustics_tests::rays;
 use glam::{DQuat, DVec3, Vec3};
 use serde_json::{Value, json};
 
-/// A glTF file in the making.
+/// A glTF file under construction.
 pub(super) struct File {
     pub(super) document: Value,
     bytes: Vec<u8>,
@@ -153,7 +153,7 @@ fn soups() -> File {
         let turn = if id % 2 == 0 { [0.6, 0.0, 0.8, 0.0] } else { [0.0, 0.8, 0.0, 0.6] };
         let rotations = [[0.0, 0.0, 0.0, 1.0], turn].concat();
         file.channel(node, "rotation", "LINEAR", &[0.0, 2.0], &rotations);
-        // The third and the sixth turn inside out on the way.
+        // The third and the sixth turn inside out during the animation.
         let end = if id % 3 == 2 { [-1.0, 0.5, 2.0] } else { [0.3, 1.5, 1.0] };
         file.channel(node, "scale", "LINEAR", &[0.0, 2.0], &[[1.0, 1.0, 1.0], end].concat());
     }
@@ -174,22 +174,22 @@ fn tube() -> Vec<([f32; 3], [f32; 3])> {
     (0..12).flat_map(|turn| (0..10).map(move |step| (turn, step))).flat_map(quad).collect()
 }
 
-/// How much the upper joint pulls a vertex of the tube.
+/// Weight of the upper joint at a vertex of the tube.
 fn upper(position: [f32; 3]) -> f32 {
     ((position[1] - 0.5) / 1.0).clamp(0.0, 1.0)
 }
 
-/// Targets of the soup that is morphed: more than the four that a channel holds.
+/// Number of morph targets of the soup: more than the four that a channel holds.
 const TARGETS: usize = 5;
 
-/// What a target adds to a corner of the soup.
+/// Displacement of a corner of the soup by a target.
 fn displacement(target: usize, corner: usize) -> [f32; 3] {
     let u = Rng::new(Stream::Light, 90 + target as u32, corner as u32, 0).next4();
     [u.x - 0.5, u.y - 0.5, u.z - 0.5]
 }
 
-/// A floor, a camera and a lamp; a tube whose upper half turns a quarter about z in 2 s, on a node that does not count; and a
-/// soup that moves while five morph targets come and go.
+/// A floor, a camera and a light; a tube; and a soup that moves while five morph targets come and go. The tube's upper
+/// half turns a quarter about z in 2 s, on a node whose transform does not count.
 pub(super) fn deforming() -> File {
     let mut file = File::new();
     let floor = file.mesh(&square(6.0), 0);
@@ -241,7 +241,7 @@ pub(super) fn deforming() -> File {
     file
 }
 
-/// Every triangle where it stands, with its instance and its id.
+/// Every triangle at its pose, with its instance and its id.
 pub(super) fn triangles(scene: &Scene) -> Vec<(u32, u32, Triangle)> {
     let of_instance = |instance: usize| {
         let triangle_ids = scene.instanced.triangle_ids(instance);
@@ -251,7 +251,7 @@ pub(super) fn triangles(scene: &Scene) -> Vec<(u32, u32, Triangle)> {
     (0..scene.instances.len()).flat_map(of_instance).collect()
 }
 
-/// Rays from anywhere in the scene's bounds to near the meshes that move.
+/// Rays from random positions in the scene's bounds to near the moving meshes.
 pub(super) fn aimed(scene: &Scene, count: usize) -> Vec<Ray> {
     let moving: Vec<_> =
         triangles(scene).into_iter().filter(|(instance, ..)| *instance != 0).map(|(.., t)| t).collect();
@@ -278,7 +278,7 @@ fn meet(ray: &Ray, triangle: &Triangle) -> Option<(f64, f64, f64)> {
 }
 
 #[test]
-fn instances_are_hit_where_their_triangles_are() {
+fn hits_on_instances_match_a_search_of_all_triangles() {
     for (file, times) in [soups(), deforming()].into_iter().zip([[0.0, 0.7, 1.9, 1.2], [0.0, 1.9, 0.7, 1.2]])
     {
         let mut scene = file.load().unwrap();
@@ -308,7 +308,7 @@ fn are_hit_where_their_triangles_are(scene: &mut Scene, times: [f64; 4]) {
                 && (f64::from(hit.distance) - t).abs() <= 1e-4 * t.max(1.0);
             others += u32::from(!same);
             if same {
-                // A mirrored instance has its front on the other side: b and c change places.
+                // A mirrored instance has its front on the other side: b and c are swapped.
                 let (u, v) =
                     if scene.instances[instance as usize].orientation < 0.0 { (v, u) } else { (u, v) };
                 hits += u32::from(instance != 0);
@@ -325,7 +325,7 @@ fn are_hit_where_their_triangles_are(scene: &mut Scene, times: [f64; 4]) {
 }
 
 #[test]
-fn poses_do_not_depend_on_those_before() {
+fn pose_does_not_depend_on_earlier_poses() {
     for file in [soups, deforming] {
         poses_are_their_own(file);
     }
@@ -355,7 +355,7 @@ fn poses_are_their_own(file: fn() -> File) {
 }
 
 #[test]
-fn previous_places_are_where_vertices_were() {
+fn previous_positions_are_those_of_the_last_pose() {
     let mut scene = soups().load().unwrap();
     let identity = caustics_kernels::interface::instance::Transform::IDENTITY;
     assert!(scene.instances.iter().all(|instance| instance.to_previous == identity));
@@ -372,9 +372,9 @@ fn previous_places_are_where_vertices_were() {
     assert!(moved > 200);
 }
 
-/// The tube by the formula of linear blend skinning, the soup by that of morph targets.
+/// Compares the tube with linear blend skinning, and the soup with the formula of morph targets.
 #[test]
-fn skins_and_morph_targets_bend_by_their_formulas() {
+fn skins_and_morph_targets_deform_by_their_formulas() {
     let mut scene = deforming().load().unwrap();
     assert_eq!(scene.instanced.instances.len(), 2);
     for time in [0.0_f64, 0.5, 2.0, 1.3] {
@@ -402,7 +402,7 @@ fn skins_and_morph_targets_bend_by_their_formulas() {
         };
         for corners in tube().as_chunks::<3>().0 {
             let id = near(1, corners.map(|(at, _)| skinned(at)));
-            // Where one joint alone pulls, normals turn with it.
+            // Where one joint alone acts, normals turn with it.
             if corners.iter().all(|(at, _)| upper(*at) == 1.0) {
                 let normals = scene.surfaces[id as usize];
                 let expected = corners.map(|(_, normal)| turn * DVec3::from(normal.map(f64::from)));
@@ -430,9 +430,9 @@ fn skins_and_morph_targets_bend_by_their_formulas() {
     }
 }
 
-/// A pose without animation is baked: the same triangles as those of an animation that comes to it.
+/// A skin without animation is baked: its triangles are those of an animation that reaches its pose.
 #[test]
-fn a_skin_that_stands_still_is_bent_once() {
+fn skin_without_animation_is_baked() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
     let mut file = deforming();
     file.document["animations"] = json!([]);
@@ -450,7 +450,7 @@ fn a_skin_that_stands_still_is_bent_once() {
     });
     let off: Vec<f64> = off.collect();
     assert!(off.len() == 240 && off.iter().all(|&off| off < 2e-6), "{off:?}");
-    // What cannot be used is named.
+    // An unusable skin is named.
     let mut broken = deforming();
     broken.document["skins"][0]["joints"] = json!([0, 99]);
     let scene = broken.load().unwrap();
@@ -462,7 +462,7 @@ fn a_skin_that_stands_still_is_bent_once() {
 }
 
 #[test]
-fn posed_scenes_are_static_scenes_with_the_same_places() {
+fn posed_scene_matches_a_static_scene_of_that_pose() {
     // At 1 s, where every value is exact in f32: a camera, a spot and a mesh below a parent.
     let build = |animated: bool| {
         let mut file = File::new();
@@ -522,7 +522,7 @@ fn posed_scenes_are_static_scenes_with_the_same_places() {
     assert!(met > 50 && others <= 2, "{met} met the mesh, {others} of 4000 differ");
 }
 
-/// A lamp over a floor with a mirror; the lamp grows from nothing to twice its size.
+/// A light over a floor with a mirror; the light grows from nothing to twice its size.
 fn light() -> File {
     let mut file = File::new();
     let floor = file.mesh(&square(2.0), 0);
@@ -537,7 +537,7 @@ fn light() -> File {
 }
 
 #[test]
-fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
+fn flux_of_a_growing_light_follows_its_area_from_zero() {
     let mut scene = light().load().unwrap();
     assert_eq!((scene.lights.len(), scene.flux), (0, Vec3::ZERO));
     assert!(scene.features(0.25).has(Features::AREA_LIGHTS));
@@ -563,11 +563,11 @@ fn flux_follows_the_area_and_a_lamp_of_no_size_is_out() {
     let mut tracer = scene.tracer(scene.features(0.25));
     let through = Ray::endless(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z);
     let hit = tracer.closest(&through);
-    assert_eq!(hit.instance, 0, "the lamp is not there");
+    assert_eq!(hit.instance, 0, "the light has no area");
 }
 
 #[test]
-fn frames_go_dark_with_the_lamp_and_light_up_again() {
+fn frames_are_black_exactly_while_the_light_has_no_area() {
     let mut scene = light().load().unwrap();
     let config =
         RenderConfig { width: 48, height: 32, light_paths: Paths::Count(20_000), ..RenderConfig::default() };
@@ -585,7 +585,7 @@ fn frames_go_dark_with_the_lamp_and_light_up_again() {
         let image = session.image().unwrap();
         let sum = |pixels: &[Vec3]| pixels.iter().map(|p| f64::from(p.element_sum())).sum::<f64>();
         assert_eq!((sum(&image.path) > 0.0, sum(&image.caustics) > 0.0), (is_lit, is_lit), "at {time} s");
-        // What is uploaded is all that a session opened at this time has.
+        // The uploaded tables equal those of a session opened at this time.
         let mut fresh = open(&scene);
         fresh.frame(0).unwrap();
         let fresh = fresh.image().unwrap();
@@ -661,7 +661,7 @@ fn damaged_animations_are_named_and_left_out() {
         let error = file.write_and_load(&strict).expect_err(pointer).to_string();
         assert!(error.contains("moving.gltf"), "{error}");
     }
-    // A camera flattened at some time is an error then, and the scene stays as it was.
+    // A camera that is singular at some time is an error at that time, and the scene stays as it was.
     let mut file = light();
     file.channel(2, "scale", "STEP", &[0.0, 1.0], &[1.0, 1.0, 1.0, 0.0, 1.0, 1.0]);
     let mut scene = file.load().unwrap();
@@ -671,11 +671,11 @@ fn damaged_animations_are_named_and_left_out() {
 }
 
 #[test]
-fn sessions_take_their_buffers_for_all_times() {
+fn buffers_have_room_for_lights_that_appear_later() {
     let scene = light().load().unwrap();
     let tables = scene.buffers();
     let length = |name: &str| tables.iter().find(|(table, _)| *table == name).unwrap().1.len();
-    // A floor, a mirror and a lamp of two triangles each.
+    // A floor, a mirror and a light of two triangles each.
     assert_eq!((length("lights"), length("triangles")), (0, 6 * size_of::<Triangle>()));
     let config = RenderConfig::default();
     assert_eq!(config.params(&scene, &scene.cameras[0], 0).light_path_count, 0);

@@ -1,5 +1,5 @@
-//! What pixels show for other tools: known answers on planes and in a plane mirror, lengths in curved glass, and that asking for
-//! it changes nothing else.
+//! Auxiliary layers for other tools: known answers on planes and in a plane mirror, lengths in curved glass, and no
+//! effect on anything else.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::Auxiliary;
@@ -15,9 +15,9 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 54;
-/// What the file's coordinates are more than the kernels' (m).
+/// Offset of the file's coordinates from the kernels' (m).
 const ORIGIN: DVec3 = DVec3::new(100.0, 20.0, -50.0);
-/// The mirror's plane is z = this (m), the wall's z = that.
+/// Planes of the mirror and of the wall: their z (m).
 const MIRROR: f64 = -1.0;
 const WALL: f64 = 2.9;
 
@@ -31,7 +31,7 @@ fn config() -> RenderConfig {
     }
 }
 
-/// A floor and a wall behind the eye, seen directly and in a mirror.
+/// A floor and a wall behind the camera, seen directly and in a mirror.
 fn room() -> Scene {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.7));
@@ -45,13 +45,13 @@ fn room() -> Scene {
     Scene { origin: ORIGIN, ..b.build() }
 }
 
-/// What a pixel shows, by plane geometry in f64.
+/// Surface that a pixel shows, by plane geometry in f64.
 struct Shown {
     material: f32,
     position: DVec3,
     normal: DVec3,
     depth: f64,
-    /// Where the eye sees it (m).
+    /// Position of its virtual image (m).
     virtual_image: DVec3,
 }
 
@@ -63,7 +63,7 @@ fn direction(camera: &SceneCamera, pixel: u32) -> DVec3 {
     (frame.forward.as_dvec3() + x * frame.right.as_dvec3() + y * frame.up.as_dvec3()).normalize()
 }
 
-/// Where a camera's image shows a position (px).
+/// Position of a point in a camera's image (px).
 fn position_px(camera: &SceneCamera, at: DVec3) -> DVec2 {
     let frame = camera.camera(WIDTH, HEIGHT);
     let along = at - frame.position.as_dvec3();
@@ -74,14 +74,14 @@ fn position_px(camera: &SceneCamera, at: DVec3) -> DVec2 {
     DVec2::new(0.5 + 0.5 * x, 0.5 - 0.5 * y) * DVec2::new(f64::from(WIDTH), f64::from(HEIGHT))
 }
 
-/// Distances to the floor and the wall from a position (m).
+/// The nearer of floor and wall along a ray: its material, distance (m) and normal.
 fn on_room(from: DVec3, along: DVec3) -> (f32, f64, DVec3) {
     let floor = if along.y < 0.0 { -from.y / along.y } else { f64::INFINITY };
     let wall = if along.z > 0.0 { (WALL - from.z) / along.z } else { f64::INFINITY };
     if floor < wall { (0.0, floor, DVec3::Y) } else { (1.0, wall, -DVec3::Z) }
 }
 
-/// What a pixel shows; none where it shows nothing, or lies within a hundredth of an edge.
+/// Surface that a pixel shows; none where there is nothing, or within a hundredth of an edge.
 fn shown(camera: &SceneCamera, pixel: u32) -> Option<Shown> {
     let (eye, along) = (camera.position.as_dvec3(), direction(camera, pixel));
     let to_mirror = (MIRROR - eye.z) / along.z;
@@ -112,7 +112,7 @@ fn auxiliary(session: &mut Session, frame: u32) -> Auxiliary {
 }
 
 #[test]
-fn in_a_mirror_is_what_the_mirror_shows() {
+fn auxiliary_layers_in_a_mirror_show_the_mirrored_surface() {
     let scene = room();
     let camera = scene.cameras[0].clone();
     let found = auxiliary(&mut session(&scene, config()), 0);
@@ -132,19 +132,19 @@ fn in_a_mirror_is_what_the_mirror_shows() {
         assert!((f64::from(found.depth[at]) / shown.depth - 1.0).abs() < 1e-5);
         assert_eq!(found.motion[at], Vec2::ZERO, "nothing moved");
     }
-    // The wall stands behind the eye.
+    // The wall stands behind the camera.
     assert!(
         direct[0] > 300 && direct[1] == 0 && mirrored.iter().all(|&count| count > 300),
         "{direct:?} {mirrored:?}"
     );
-    // The first pixel looks past everything.
+    // The first pixel looks past all geometry.
     let nothing = (found.depth[0], found.position[0], found.normal[0], found.albedo[0], found.material[0]);
     assert_eq!(nothing, (0.0, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, NO_MATERIAL));
 }
 
-/// From a still camera to one that stepped aside and turned.
+/// Compares a still camera with one that moved aside and turned.
 #[test]
-fn motion_is_the_way_from_the_picture_before_in_mirrors_too() {
+fn motion_is_the_displacement_since_the_last_frame_in_mirrors_too() {
     let scene = room();
     let before = scene.cameras[0].clone();
     let eye = before.position + Vec3::new(0.15, -0.05, 0.1);
@@ -162,13 +162,13 @@ fn motion_is_the_way_from_the_picture_before_in_mirrors_too() {
         longest = longest.max(expected.length());
     }
     assert!(longest > 3.0, "{longest}");
-    // It stands still again.
+    // The camera is at rest again.
     assert!(auxiliary(&mut session, 2).motion.iter().all(|motion| *motion == Vec2::ZERO));
 }
 
-/// A plate slides by 0.6 m a second below a ring; a session that stands at a pose moves from there.
+/// A plate slides by 0.6 m/s below a ring; a session that is opened at a pose moves from there.
 #[test]
-fn what_moves_moves_in_the_picture() {
+fn motion_of_a_moving_instance_is_its_displacement_in_the_image() {
     let mut scene = Moving::Receiver.scene();
     let mut session = session(&scene, config());
     for time in [0.5, 0.5 + 1.0 / 24.0] {
@@ -196,9 +196,9 @@ fn what_moves_moves_in_the_picture() {
     assert!(moving > 300 && still > 300, "{moving} {still}");
 }
 
-/// Curved glass: the way of the light, whether or not somebody asks where it is imaged.
+/// Curved glass: depth is the length of the light's path, whether or not a history needs the virtual image.
 #[test]
-fn depth_is_the_length_of_the_path_and_nothing_else_changes() {
+fn depth_is_the_length_of_the_path_and_auxiliary_layers_change_no_bit() {
     let scene = committed("mirror-room");
     let rendered = |history, asked| {
         let config = RenderConfig { auxiliary: asked, history, ..config() };
@@ -223,7 +223,7 @@ fn depth_is_the_length_of_the_path_and_nothing_else_changes() {
         .filter(|(virtual_image, depth)| virtual_image != depth)
         .count();
     assert!(distorted > 50, "{distorted}");
-    // Methods without points say the same.
+    // Methods without points give the same layers.
     let mut path =
         Session::builder(&scene).config(config()).method(&method::PATH).build().expect("a session");
     assert_eq!(auxiliary(&mut path, 0), found);

@@ -1,5 +1,5 @@
-//! Light paths by `auto`: that their number is the one at which variance times cost is least, as measured beside them, and that it
-//! comes of what frames found and of nothing else.
+//! `--light-paths auto`: the number minimises variance times cost, as measured independently, and follows from earlier
+//! frames alone.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{Scene, SceneCamera};
@@ -35,19 +35,19 @@ fn open(threads: usize, scene: &Scene, config: &RenderConfig, method: &'static M
         .expect("a session opens")
 }
 
-/// Light paths of the frame after so many.
+/// Light paths of the frame after `frames` frames.
 fn after(session: &mut Session, frames: u32) -> u32 {
     (0..frames).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
     session.read::<Balance>("balance").expect("a balance")[0].light_paths
 }
 
-/// What independent frames of so many light paths a pixel leave and cost, in f64.
+/// Variance and cost of independent frames of a number of light paths per pixel, in f64.
 struct Measured {
-    /// Relative variance of what camera paths found.
+    /// Relative variance of the light of camera paths.
     path: f64,
-    /// Relative variance of what light paths brought.
+    /// Relative variance of the light of light paths.
     caustics: f64,
-    /// What camera paths cost, and light paths.
+    /// Costs of camera paths and of light paths.
     cost: [f64; 2],
 }
 
@@ -88,11 +88,11 @@ fn measured(scene: &Scene, paths: f64) -> Measured {
 
 /// Variance times cost as a function of the light paths a pixel.
 struct Product {
-    /// Variance that no light path lowers: of camera paths, and of what they choose at curved glass before caustics.
+    /// Variance that no light path lowers: of camera paths, and of their choices at curved glass before caustics.
     left: f64,
-    /// That of one light path a pixel.
+    /// Variance of one light path per pixel.
     of_one: f64,
-    /// What camera paths cost, and one light path a pixel.
+    /// Costs of camera paths and of one light path per pixel.
     cost: [f64; 2],
 }
 
@@ -103,7 +103,7 @@ impl Product {
         Product { left: many.path + many.caustics - of_one, of_one, cost: many.cost }
     }
 
-    /// Where it is least.
+    /// Number of light paths at the minimum.
     fn best(&self) -> f64 {
         (self.of_one / self.left * (self.cost[0] / self.cost[1])).sqrt()
     }
@@ -113,10 +113,10 @@ impl Product {
     }
 }
 
-/// Rooms that want many light paths and few: pixels are weighed by what few frames showed of them and their neighbours, and yet
-/// a frame's time buys what the best number would.
+/// Rooms that need many light paths and few. Pixels are weighed by few frames of them and their neighbours, and yet a
+/// frame's time buys as much as the best number would.
 #[test]
-fn light_paths_are_where_variance_times_cost_is_least() {
+fn auto_light_paths_minimise_variance_times_cost_to_15_percent() {
     let mut found = Vec::new();
     for name in ["cornell-box", "mirror-room", "textured-room", "ring"] {
         let scene = committed(name);
@@ -135,9 +135,9 @@ fn light_paths_are_where_variance_times_cost_is_least() {
     assert!(found[3] > 4.0 * found[0], "the rooms differ");
 }
 
-/// Frames that choose how many paths those after them shoot have the light of frames that do not.
+/// Frames that choose the number of light paths of later frames have the mean of frames that do not.
 #[test]
-fn the_light_is_that_of_any_number_of_light_paths() {
+fn auto_light_paths_keep_the_mean_of_a_fixed_number() {
     let scene = committed("cornell-box");
     for (emission, method) in [(&GUIDED, &BASIC), (&POWER, &KIM2019), (&POWER, &YANG2021)] {
         let light = |light_paths| {
@@ -161,9 +161,9 @@ fn the_light_is_that_of_any_number_of_light_paths() {
     }
 }
 
-/// Neither threads nor clocks decide; a state that is restored goes on, where something moved too.
+/// Neither threads nor clocks decide the number. A restored state continues, also where something moved.
 #[test]
-fn numbers_of_light_paths_repeat_and_go_on() {
+fn auto_light_paths_are_deterministic_and_continue_from_a_restored_state() {
     let mut scene = Moving::GlassCaster.scene();
     let mut run = |threads, restored: Option<u32>| {
         let mut session = open(threads, &scene, &config(&GUIDED, 3), &BASIC);
@@ -191,9 +191,9 @@ fn numbers_of_light_paths_repeat_and_go_on() {
     }
 }
 
-/// Validation paths are as many and as bright in every frame: what is reused in a still view is all that there is.
+/// Validation paths are as many and as bright in every frame: a still view reuses all of its light.
 #[test]
-fn a_history_lends_as_much_where_numbers_of_light_paths_change() {
+fn history_reuses_as_much_with_auto_light_paths_as_with_a_fixed_number() {
     let scene = committed("ring");
     let run = |light_paths| {
         let config = RenderConfig { light_paths, history: &VALIDATED, ..config(&POWER, 3) };
@@ -212,20 +212,20 @@ fn a_history_lends_as_much_where_numbers_of_light_paths_change() {
     println!("{fixed:?}, balanced {balanced:?}");
     assert!(balanced.2.windows(2).any(|pair| pair[0] != pair[1]));
     assert!(fixed.0 > 4.0 && (balanced.0 / fixed.0 - 1.0).abs() < 1.0e-3);
-    // Of few light paths.
+    // 5 % is for the noise of few light paths.
     assert!((balanced.1 / fixed.1 - 1.0).abs() < 0.05);
 }
 
-/// The view, turned to the side.
+/// The camera, turned to the side.
 fn turned(camera: &SceneCamera, angle: f32) -> SceneCamera {
     let turn = Quat::from_axis_angle(camera.up, angle);
     SceneCamera { forward: turn * camera.forward, right: turn * camera.right, ..camera.clone() }
 }
 
-/// What passes by in a view that moves is no noise: there are as many light paths as where frames know as little of each other
-/// and nothing passes by.
+/// Light that enters a moving view is no noise. Such a view gets as many light paths as a still one whose frames know
+/// as little of each other.
 #[test]
-fn a_view_that_moves_has_as_many_light_paths() {
+fn auto_light_paths_of_a_moving_view_are_within_a_factor_of_2_of_a_still_one() {
     for name in ["ring", "cornell-box"] {
         let scene = committed(name);
         let [standing, moving] = [0.0, 0.02].map(|step| {
@@ -246,9 +246,9 @@ fn a_view_that_moves_has_as_many_light_paths() {
     }
 }
 
-/// Black frames say nothing, nor does light without bounds, and neither ends what is learnt.
+/// Black frames and light without bounds teach nothing, and learning continues after both.
 #[test]
-fn what_cannot_be_judged_changes_nothing() {
+fn black_frames_leave_the_balance_unchanged_and_unbounded_light_does_not_end_it() {
     let scene = Moving::GlassCaster.scene();
     let mut session = open(0, &scene, &config(&AIMED, 3), &BASIC);
     let mut bright = scene.clone();
@@ -274,21 +274,22 @@ fn what_cannot_be_judged_changes_nothing() {
         let sums = [balance.path_variance, balance.caustic_variance, balance.camera_cost, balance.light_cost];
         assert!(sums.iter().all(|sum| sum.is_finite() && *sum >= 0.0), "{frame}");
         match frame {
-            6..12 => assert_eq!(balance, before, "a black frame says something"),
+            6..12 => assert_eq!(balance, before, "a black frame changes the balance"),
             12 | 13 => {
                 let seen = session.image().expect("an image").path.into_iter().map(Vec3::max_element);
                 assert!(seen.fold(0.0, f32::max) > 1.0e28, "it is bright");
             }
-            15..24 => assert_ne!(balance, before, "nothing is learnt any more"),
+            15..24 => assert_ne!(balance, before, "the balance no longer changes"),
             _ => {}
         }
         before = balance;
     }
 }
 
-/// A frame without light shoots nothing, a method without light paths has no use for it, and neither forgets what is known.
+/// A frame without light traces no light path, and a method without light paths has no balance. Neither loses the
+/// learnt balance.
 #[test]
-fn what_shoots_nothing_is_left_alone() {
+fn auto_light_paths_are_zero_without_light_and_resume_with_it() {
     let lit = Moving::GlassCaster.scene();
     let mut dark = lit.clone();
     dark.lights.clear();
@@ -302,7 +303,7 @@ fn what_shoots_nothing_is_left_alone() {
     }
     println!("{paths:?}");
     assert!(paths[3] > paths[0] && paths[4..6] == [0, 0] && paths[6] >= paths[3]);
-    // Where no frame can shoot: nothing casts caustics, or paths are too short for them.
+    // No frame can trace light paths: nothing casts caustics, or paths are too short for them.
     let dull = committed("plain-room");
     for (scene, max_bounces) in [(&dull, 5), (&lit, 1)] {
         let mut session = open(0, scene, &RenderConfig { max_bounces, ..config(&GUIDED, 3) }, &BASIC);

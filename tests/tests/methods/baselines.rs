@@ -1,4 +1,4 @@
-//! How the baselines `kim2019` and `yang2021` fare in known ways to fail (`tests/stability.toml`), beside OurBasic.
+//! Baselines `kim2019` and `yang2021` in known failure modes (`tests/stability.toml`), beside OurBasic.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::RenderedImage;
@@ -31,9 +31,8 @@ fn sum(layer: &[Vec3]) -> f64 {
     layer.iter().map(|value| f64::from(value.element_sum())).sum()
 }
 
-/// A block whose back face a small mirror lights, while its top, which the camera looks at from the front, stays dark: the
-/// virtual light, the mirror's upper edge and the block's edge are on one line. Without the block the light lies on the
-/// ground.
+/// A block whose back face a small mirror lights, while its top, which the camera faces, stays dark. The virtual light,
+/// the mirror's upper edge and the block's edge are on one line. Without the block the light lies on the ground.
 fn lit_from_behind(block: bool) -> Scene {
     let mut b = Builder::default();
     let grey = b.material(lambert(0.6));
@@ -52,8 +51,8 @@ fn lit_from_behind(block: bool) -> Scene {
     b.build()
 }
 
-/// Photons in screen space lie where their distance says, whatever face they are on: those just behind an edge are taken
-/// for photons before it. A disc knows its face.
+/// Photons in screen space are placed by their distance, on any face: photons just behind an edge are taken for photons
+/// before it. A disc knows its face.
 #[test]
 fn kim_leaks_round_a_corner_and_discs_do_not() {
     let (block, ground, config) = (lit_from_behind(true), lit_from_behind(false), config(128, 128));
@@ -61,19 +60,19 @@ fn kim_leaks_round_a_corner_and_discs_do_not() {
     let lit = caustics(&ground, &BASIC);
     let (basic, [kim, yang]) = (caustics(&block, &BASIC), BASELINES.map(|method| caustics(&block, method)));
     println!("leaks: basic {basic}, kim2019 {kim:.3}, yang2021 {yang:.3}; without the block {lit:.3}");
-    assert!(lit > 1.0, "the test has lost its subject");
+    assert!(lit > 1.0, "the test has nothing to check");
     assert_eq!((basic, yang), (0.0, 0.0));
     assert!(kim > 1.0e-2, "the baseline has become better than its source");
 }
 
-/// A wall of 0.8 % of its distance, which is within the tolerance of photons in screen space, parts a room with a mirror
-/// and a lamp from the viewer's half. What lies on its far side faces away from the viewer, and gives nothing.
+/// A wall of 0.8 % of its distance separates a room with a mirror and a light from the viewer's half. That is within
+/// the tolerance of photons in screen space. The wall's far side faces away from the viewer, and contributes nothing.
 #[test]
 fn no_baseline_lets_a_caustic_through_a_thin_wall() {
     let (dark, lit) = (half_room(Some(0.004)), half_room(None));
     for method in BASELINES {
         let rendered = |scene| image(scene, &config(32, 32), method);
-        assert!(sum(&rendered(&lit).caustics) > 1.0, "the test has lost its subject");
+        assert!(sum(&rendered(&lit).caustics) > 1.0, "the test has nothing to check");
         let name = method.name;
         assert!(
             rendered(&dark).caustics.iter().all(|value| *value == Vec3::ZERO),
@@ -82,20 +81,20 @@ fn no_baseline_lets_a_caustic_through_a_thin_wall() {
     }
 }
 
-/// The same room by a wide strip of a view, which sees where a wall of 3 % of its distance stands on the side walls: a pixel
+/// The half room in a wide strip of a view, which sees a wall of 3 % of its distance stand on the side walls. A pixel
 /// there reaches along a side wall from before the thin wall to behind it.
 #[test]
-fn kim_follows_a_plane_no_further_than_to_a_wall_that_stands_on_it() {
+fn kim_leaks_no_light_along_a_side_wall_past_a_thin_wall() {
     let caustics = |mut scene: Scene| {
         scene.cameras[0].fov_y = 0.4;
         sum(&image(&scene, &config(23, 3), &KIM2019).caustics)
     };
     assert_eq!(caustics(half_room(Some(0.02))), 0.0);
-    assert!(caustics(half_room(None)) > 1.0, "the test has lost its subject");
+    assert!(caustics(half_room(None)) > 1.0, "the test has nothing to check");
 }
 
 #[test]
-fn baselines_render_odd_sizes_and_nothing_where_nothing_is() {
+fn baselines_render_odd_sizes_and_no_caustics_without_casters_or_light_paths() {
     for method in BASELINES {
         for (width, height) in [(1, 1), (1, 37), (19, 1), (33, 17)] {
             let rendered = image(&committed("ring"), &config(width, height), method);

@@ -1,4 +1,4 @@
-//! The filter of the path-traced part: what it keeps, what it mixes, what it must not.
+//! The denoiser of path-traced light: what it keeps, what it mixes, and the edges that it must respect.
 
 use bytemuck::cast_slice;
 use caustics::render_config::{Paths, RenderConfig};
@@ -19,12 +19,12 @@ use caustics_tests::scenes::{Builder, lambert};
 use caustics_tests::table::Table;
 use glam::{DVec3, Vec3};
 
-/// A plane seen from the front: a pixel's side is 1.77 radii, as that of a disc of its area.
+/// Pixel pitch of a plane seen from the front: 1.77 radii, the side of a square with the area of a disc.
 const PITCH: f32 = 1.772_453_9;
-/// Material whose base colour is textured; those before it are plain.
+/// Material with a textured base colour; materials before it are plain.
 const TEXTURED: u32 = 2;
 
-/// What is filtered.
+/// Input of the filter.
 #[derive(Clone)]
 struct Input {
     width: u32,
@@ -33,7 +33,7 @@ struct Input {
     prefix: Vec<Vec3>,
     geometry: Vec<PointGeometry>,
     shading: Vec<PointShading>,
-    /// One plus the relative variance of each pixel, as a history knows it; 0: there is none.
+    /// One plus the relative variance of each pixel, as a history knows it; 0 without a history.
     noise: f32,
 }
 
@@ -68,14 +68,14 @@ impl Input {
         input
     }
 
-    /// Light that reached the right half, relative to all.
+    /// Share of the light that reached the right half.
     fn crossed(&self) -> f64 {
         let filtered = self.filtered();
         let right = filtered.iter().enumerate().filter(|(pixel, _)| pixel % 64 >= 32);
         right.map(|(_, light)| f64::from(light.x)).sum::<f64>() / energy(&filtered, 0)
     }
 
-    /// Noise of all kinds: light of a few bright samples, bumps, materials, textures, throughputs, gaps.
+    /// Random input of all kinds: light of a few bright samples, bumps, materials, textures, throughputs, gaps.
     fn noisy(width: u32, height: u32, seed: u32) -> Input {
         let mut input = Input::plane(width, height, |_, _| 0.0);
         for pixel in 0..input.radiance.len() {
@@ -143,7 +143,7 @@ fn energy(image: &[Vec3], channel: usize) -> f64 {
     image.iter().map(|pixel| f64::from(pixel[channel])).sum()
 }
 
-/// Asserts that both have the same sum in every channel: a pixel's rounding is 9 halves of an ulp a level, and
+/// Asserts that both have the same sum in every channel. A pixel's rounding is 9 halves of an ulp per level, and the
 /// roundings of many pixels cancel.
 fn assert_energy_stays(before: &[Vec3], after: &[Vec3]) {
     for channel in 0..3 {
@@ -156,7 +156,7 @@ fn assert_energy_stays(before: &[Vec3], after: &[Vec3]) {
 }
 
 #[test]
-fn energy_stays() {
+fn denoiser_keeps_energy_to_1e_6() {
     for (width, height) in [(1, 1), (17, 9), (3, 200), (128, 96)] {
         let input = Input::noisy(width, height, 5);
         let filtered = input.filtered();
@@ -167,7 +167,7 @@ fn energy_stays() {
 }
 
 #[test]
-fn even_light_stays() {
+fn denoiser_keeps_even_light_to_the_bit() {
     for (width, height) in [(1, 1), (17, 9), (100, 50)] {
         let input = Input::plane(width, height, |_, _| 3.0);
         for (before, after) in input.radiance.iter().zip(input.filtered()) {
@@ -177,9 +177,9 @@ fn even_light_stays() {
     }
 }
 
-/// What a mirror's throughput and a texture make of even light is not smeared.
+/// The filter does not smear the detail of a mirror's throughput or of a texture in even light.
 #[test]
-fn texture_and_throughput_stay() {
+fn denoiser_keeps_textures_and_throughputs_to_1e_5() {
     let mut input = Input::plane(64, 48, |_, _| 0.0);
     for pixel in 0..input.radiance.len() {
         let u = Rng::new(Stream::Camera, 1, pixel as u32, 0).next4();
@@ -198,9 +198,9 @@ fn texture_and_throughput_stay() {
     }
 }
 
-/// Each edge with a pair of the same kind that must mix.
+/// Compares each edge with a pair of the same kind that must mix.
 #[test]
-fn no_light_crosses_an_edge() {
+fn denoiser_moves_no_light_across_an_edge() {
     let tilted = |degrees: f32| {
         let (sin, cos) = degrees.to_radians().sin_cos();
         move |geometry: &mut PointGeometry, _: &mut PointShading| {
@@ -227,7 +227,7 @@ fn no_light_crosses_an_edge() {
         // cos^64 of 60 degrees is 5e-20; everything else is an exact 0.
         assert!(crossed <= 1.0e-18, "{crossed} of the light crosses: {name}");
     }
-    // What differs on both sides, and so is no edge.
+    // Differences on both sides make no edge.
     let even = |change: fn(&mut PointGeometry, &mut PointShading)| {
         let mut input = Input::halves(|_, _| ());
         input
@@ -252,7 +252,7 @@ fn no_light_crosses_an_edge() {
 }
 
 #[test]
-fn what_came_before_the_point_stays() {
+fn denoiser_keeps_the_radiance_of_prefixes_to_the_bit() {
     let mut input = Input::plane(33, 21, |_, _| 1.0);
     for (pixel, prefix) in input.prefix.iter_mut().enumerate() {
         *prefix = if pixel % 7 == 0 { Vec3::splat(16.0) } else { Vec3::ZERO };
@@ -263,9 +263,9 @@ fn what_came_before_the_point_stays() {
     }
 }
 
-/// Behind a shadow's edge, where brightness alone tells, little light arrives.
+/// Little light crosses a shadow's edge, where brightness alone differs.
 #[test]
-fn shadows_blur_by_a_few_pixels() {
+fn denoiser_blurs_shadow_edges_by_less_than_10_pixels() {
     let input = Input::plane(128, 64, |x, _| if x < 64 { 1.0 } else { 0.02 });
     let filtered = input.filtered();
     let row = &filtered[32 * 128..33 * 128];
@@ -273,9 +273,9 @@ fn shadows_blur_by_a_few_pixels() {
     assert_energy_stays(&input.radiance, &filtered);
 }
 
-/// What a long history knows to have no noise stays as sharp as it is, to the bit, and what is noise is spread.
+/// Light that a long history knows to have no noise stays as it is, to the bit; noise is spread.
 #[test]
-fn shadows_stay_sharp_where_no_noise_is_known() {
+fn denoiser_keeps_shadow_edges_without_noise_to_the_bit() {
     let shadow = Input::plane(128, 64, |x, _| if x < 64 { 1.0 } else { 0.02 });
     let known = Input { noise: 1.0, ..shadow.clone() };
     assert_eq!(known.filtered(), shadow.radiance);
@@ -283,9 +283,9 @@ fn shadows_stay_sharp_where_no_noise_is_known() {
     assert!(blurred.filtered()[32 * 128 + 70].x > 0.1);
 }
 
-/// A sample 10^4 times as bright as the rest is spread, and nothing of it is lost.
+/// A sample 10^4 times as bright as the rest is spread without loss.
 #[test]
-fn a_firefly_spreads() {
+fn denoiser_lowers_a_firefly_to_3_percent_and_keeps_its_energy() {
     let input = Input::plane(65, 65, |x, y| if (x, y) == (32, 32) { 1.0e4 } else { 1.0 });
     let filtered = input.filtered();
     assert_energy_stays(&input.radiance, &filtered);
@@ -309,21 +309,21 @@ fn theory() -> Vec<f64> {
 /// Faint noise on a plane is averaged with the weights of the a-trous kernel: its variance falls by the sum of their
 /// squares.
 #[test]
-fn variance_falls_as_theory_says() {
+fn denoiser_lowers_variance_by_the_sum_of_squared_weights() {
     let one_axis: f64 = theory().iter().map(|weight| weight * weight).sum();
     let expected = one_axis * one_axis;
     let squares = |image: &[Vec3], mean: f64| {
         image.iter().map(|light| (f64::from(light.x) - mean).powi(2)).sum::<f64>()
     };
-    // The response to one pixel has the weights: 63 pixels wide. Brightness differs by too little to be told.
+    // The response to one pixel gives the weights: 63 pixels wide. Brightness differs too little to stop the filter.
     let noisy = |input: Input| Input { noise: 1.0e6, ..input };
     let input = noisy(Input::plane(129, 129, |x, y| if (x, y) == (64, 64) { 1.125 } else { 1.0 }));
     let response = squares(&input.filtered(), 1.0) / squares(&input.radiance, 1.0);
     // Roundings at 1 are 6e-8, weights times 1/8 are 1e-4.
     assert!((response / expected - 1.0).abs() < 0.01, "{response}, expected {expected}");
 
-    // Noise itself. Its average has about (2 sqrt(pi) 13)^2 = 46^2 pixels in common, so 32 frames of 128^2
-    // are 250 independent values: 9 %, four sigma.
+    // Measure noise itself. Its average has about (2 sqrt(pi) 13)^2 = 46^2 pixels in common. So 32 frames of 128^2 are
+    // 250 independent values: 9 %, four sigma.
     let (mut before, mut after) = (0.0, 0.0);
     let size = 128 + 2 * 62;
     for seed in 0..32 {
@@ -345,15 +345,15 @@ fn variance_falls_as_theory_says() {
 }
 
 #[test]
-fn threads_change_no_bit() {
+fn threads_change_no_bit_of_the_denoiser() {
     let input = Input::noisy(131, 77, 9);
     let one = input.filtered_by(&RunnerChoice::Cpu { threads: 1 });
     assert_eq!(one, input.filtered_by(&RunnerChoice::Cpu { threads: 3 }));
 }
 
-/// No direction over the image is special: an image upside down is filtered to the result upside down.
+/// No direction of the image is special: an image upside down is filtered to the result upside down.
 #[test]
-fn the_order_of_pixels_does_not_matter() {
+fn denoiser_filters_an_image_upside_down_to_the_result_upside_down() {
     let input = Input::noisy(61, 45, 3);
     let mut turned = input.clone();
     turned.radiance.reverse();
@@ -369,7 +369,7 @@ fn the_order_of_pixels_does_not_matter() {
 }
 
 #[test]
-fn non_finite_light_does_not_spread() {
+fn denoiser_does_not_spread_non_finite_light() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut input = Input::plane(33, 17, |x, _| 1.0 + x as f32);
         let mut gap = input.clone();
@@ -384,9 +384,9 @@ fn non_finite_light_does_not_spread() {
     }
 }
 
-/// Frames of a room: the caustics keep their bits, the path-traced part its energy, and most of its error goes.
+/// Frames of a room: caustics keep their bits, path-traced light keeps its energy, and at least 40 % of its error goes.
 #[test]
-fn a_room_keeps_its_energy_and_loses_its_noise() {
+fn denoiser_keeps_the_energy_of_a_room_and_removes_40_percent_of_its_error() {
     let scene = load("mirror-room");
     let open = |denoiser| {
         let config = RenderConfig {
@@ -423,7 +423,7 @@ fn a_room_keeps_its_energy_and_loses_its_noise() {
 
 /// The features of a room, on the CPU and on the GPU.
 #[test]
-fn gpu_matches_cpu() {
+fn gpu_matches_cpu_on_denoised_features() {
     let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
         let mut table = Table::new(&format!("filter, CPU against {} (hardware {hardware})", gpu.info.name));
@@ -448,7 +448,7 @@ fn gpu_matches_cpu() {
             let near =
                 Tolerance::relative(1.0e-4, scale, "the parity rule: weights are smooth in their inputs");
             table.add(name, [floats("path_radiance", 3, &cpu, &gpu_records, near)]);
-            // A comparer that finds nothing in other numbers would be none.
+            // The comparer must reject the unfiltered input.
             assert!(!floats("unfiltered", 3, &before, &gpu_records, near).passes());
         }
         for (width, height) in [(1, 1), (17, 9), (131, 77)] {

@@ -1,4 +1,4 @@
-//! Edits of a scene: against files whose nodes stand there, by formulas, and that a hit is of the node whose mesh is there.
+//! Edits of a scene: against files of these transforms, by formulas, and by the node of a hit.
 
 use caustics::render_config::Paths;
 use std::collections::BTreeSet;
@@ -23,14 +23,14 @@ use serde_json::{Value, json};
 
 use super::animation::{File, aimed, deforming, square, triangles};
 
-/// A scene that may be edited at these nodes.
+/// Loads a scene whose given nodes may be edited.
 fn grabbed(name: &str, nodes: &[usize]) -> Scene {
     let options = LoadOptions { grabbed: nodes.iter().copied().collect(), ..LoadOptions::default() };
     let (folder, _) = copied(name);
     Scene::load_with(&folder.path().join("scene.gltf"), &options).unwrap()
 }
 
-/// The file of a scene whose document is changed, loaded.
+/// Loads a scene after a change of its document.
 fn changed(name: &str, change: impl FnOnce(&mut Value)) -> Scene {
     let (folder, mut document) = copied(name);
     change(&mut document);
@@ -39,7 +39,7 @@ fn changed(name: &str, change: impl FnOnce(&mut Value)) -> Scene {
     Scene::load(&path).unwrap()
 }
 
-/// An edit of all parts.
+/// An edit of translation, rotation and scale.
 fn edit(node: usize, translation: [f64; 3], rotation: [f64; 4], scale: [f64; 3]) -> NodeEdit {
     let (translation, rotation, scale) = (Some(translation), Some(rotation), Some(scale));
     NodeEdit { node, translation, rotation, scale, ..NodeEdit::default() }
@@ -61,7 +61,8 @@ fn write(document: &mut Value, edits: &[NodeEdit]) {
     }
 }
 
-/// Whether a scene shows what another does: all that rays meet, lights and cameras. How many rays met an instance.
+/// Asserts that two scenes show the same: hits of rays, lights and cameras. Returns the number of rays that met an
+/// instance.
 fn shows_the_same(edited: &Scene, written: &Scene) -> u32 {
     let shift = (written.origin - edited.origin).as_vec3();
     let features = edited.features(0.25);
@@ -86,7 +87,7 @@ fn shows_the_same(edited: &Scene, written: &Scene) -> u32 {
         assert_eq!((v.0, v.1), (w.0, w.1));
         assert!((v.2 - w.2).length() < 1e-3, "{v:?} {w:?}");
     }
-    // Of faces that coincide one is met, whichever.
+    // A ray meets either of two faces that coincide.
     assert!(others < 20, "{others} of 20,000 differ");
 
     let lights = |scene: &Scene| -> Vec<(Vec3, Light)> {
@@ -100,7 +101,7 @@ fn shows_the_same(edited: &Scene, written: &Scene) -> u32 {
     };
     let (ours, theirs) = (lights(edited), lights(written));
     assert_eq!(ours.len(), theirs.len());
-    // Instances come after the world: the order is another.
+    // Instances come after the world, so that the order differs.
     let nearest = |(position, light): &(Vec3, Light)| {
         let off = |(at, other): &(Vec3, Light)| {
             let size = (other.area - light.area).abs() / light.area.max(1e-9);
@@ -121,7 +122,7 @@ fn shows_the_same(edited: &Scene, written: &Scene) -> u32 {
 }
 
 #[test]
-fn an_edited_scene_is_the_file_whose_nodes_stand_there() {
+fn edited_scene_matches_a_file_with_these_transforms() {
     let turn = [0.0, 0.6, 0.0, 0.8];
     for (name, edits) in [
         // A glass ball, a ring that is mirrored, a spot, the camera.
@@ -134,7 +135,7 @@ fn an_edited_scene_is_the_file_whose_nodes_stand_there() {
                 NodeEdit { node: 22, rotation: Some([0.0, 0.1, 0.0, 0.99]), ..NodeEdit::default() },
             ],
         ),
-        // A lamp with an area, and a ring.
+        // An area light, and a ring.
         (
             "mirror-room",
             vec![
@@ -154,10 +155,10 @@ fn an_edited_scene_is_the_file_whose_nodes_stand_there() {
         for node in edited.node_tree() {
             let there = written.node_to_world(node.index, 0.0).unwrap();
             let here = edited.node_to_world(node.index, 0.0).unwrap();
-            // The file's numbers are in 32 bits.
+            // The file's numbers have 32 bits.
             assert!(here.abs_diff_eq(there, 1e-6), "{name}: {node:?}");
         }
-        // Taken back, all is as the file has it.
+        // Undone, all is as in the file.
         edited.edit(&[]).unwrap();
         edited.pose(0.0).unwrap();
         shows_the_same(&edited, &changed(name, |_| ()));
@@ -165,7 +166,7 @@ fn an_edited_scene_is_the_file_whose_nodes_stand_there() {
 }
 
 #[test]
-fn an_edit_that_changes_nothing_changes_no_picture() {
+fn edit_without_a_change_keeps_the_image() {
     let nodes = [6, 8, 11, 12];
     let mut scene = grabbed("mirror-room", &nodes);
     let rest = scene.node_tree();
@@ -199,7 +200,7 @@ fn an_edit_that_changes_nothing_changes_no_picture() {
     assert!(scores.whole.abs() < 3.0 && baked.caustic_share > 1e-3);
 }
 
-/// Middles of all triangles in the file's coordinates (m), with instance and id, by x.
+/// Middles of all triangles in the file's coordinates (m), with instance and id, sorted by x.
 fn middles(scene: &Scene) -> Vec<(DVec3, u32, u32)> {
     let middle = |(instance, id, t): (u32, u32, caustics_kernels::interface::triangle::Triangle)| {
         (scene.origin + (t.a + t.b + t.c).as_dvec3() / 3.0, instance, id)
@@ -210,7 +211,7 @@ fn middles(scene: &Scene) -> Vec<(DVec3, u32, u32)> {
 }
 
 #[test]
-fn a_hit_is_of_the_node_whose_mesh_is_there() {
+fn hit_triangle_belongs_to_the_node_of_its_mesh() {
     let (folder, document) = copied("still-life");
     let path = folder.path().join("scene.gltf");
     let options = |nodes: &[usize]| LoadOptions {
@@ -218,7 +219,7 @@ fn a_hit_is_of_the_node_whose_mesh_is_there() {
         floor: true,
         ..LoadOptions::default()
     };
-    // Each mesh by itself.
+    // Find the triangles of each mesh by itself.
     let nodes: Vec<usize> = (0..20).collect();
     let alone = |node: &usize| {
         let mut document = document.clone();
@@ -246,7 +247,7 @@ fn a_hit_is_of_the_node_whose_mesh_is_there() {
                 "node {node} has no triangle at {middle}"
             );
         }
-        // The floor under the scene is nobody's.
+        // The floor under the scene belongs to no node.
         assert_eq!(of_none, 2);
         assert_eq!(counts, alone.iter().map(Vec::len).collect::<Vec<_>>());
         assert_eq!((scene.node_of(99, 0), scene.node_of(0, u32::MAX)), (None, None));
@@ -254,7 +255,7 @@ fn a_hit_is_of_the_node_whose_mesh_is_there() {
 }
 
 #[test]
-fn instances_of_a_node_are_its_own() {
+fn gpu_instances_belong_to_their_node_and_move_with_it() {
     let file = || {
         let mut file = still();
         let translations = file.accessor("VEC3", 3, &[0.0, 0.0, 1.0, 0.5, 0.0, 1.0, 0.0, 0.5, 1.0]);
@@ -290,7 +291,7 @@ fn instances_of_a_node_are_its_own() {
     }
 }
 
-/// A still scene: a floor, a camera, a spot below a node, a mirror that is sheared by a matrix.
+/// A scene at rest: a floor, a camera, a spot below a node, a mirror that a matrix shears.
 fn still() -> File {
     let mut file = File::new();
     let floor = file.mesh(&square(3.0), 0);
@@ -315,7 +316,7 @@ fn load(mut file: File, nodes: &[usize]) -> Result<Scene, SceneError> {
 }
 
 #[test]
-fn nodes_are_told_as_they_are_at_rest() {
+fn node_tree_reports_nodes_at_rest() {
     let scene = load(still(), &[ARM]).unwrap();
     let tree = scene.node_tree();
     let node = |index| tree.iter().find(|node| node.index == index).unwrap();
@@ -326,7 +327,7 @@ fn nodes_are_told_as_they_are_at_rest() {
         (Some("arm"), None, DVec3::new(1.0, 0.0, 2.0))
     );
     assert_eq!((arm.has_mesh, arm.has_light, arm.has_camera, arm.moves), (false, false, false, true));
-    // What is below a grabbed node moves too.
+    // Nodes below a grabbed node move too.
     assert_eq!((spot.parent, spot.has_light, spot.moves), (Some(ARM), true, true));
     assert_eq!((mirror.has_mesh, mirror.moves, node(1).has_camera), (true, false, true));
     assert_eq!(scene.node_to_world(SPOT, 0.0).unwrap().translation, DVec3::new(1.0, 0.0, 2.0));
@@ -334,7 +335,7 @@ fn nodes_are_told_as_they_are_at_rest() {
 }
 
 #[test]
-fn a_matrix_keeps_what_is_not_edited() {
+fn matrix_of_a_node_keeps_its_unedited_parts() {
     let mut scene = load(still(), &[MIRROR]).unwrap();
     let sheared = DMat3::from_cols(DVec3::X, DVec3::new(0.5, 1.0, 0.0), DVec3::Z * 2.0);
     let to_world = |scene: &Scene| scene.node_to_world(MIRROR, 0.0).unwrap();
@@ -342,7 +343,7 @@ fn a_matrix_keeps_what_is_not_edited() {
     let there = NodeEdit { node: MIRROR, translation: Some([1.0, 2.0, 3.0]), ..NodeEdit::default() };
     scene.edit(&[there]).unwrap();
     assert_eq!(to_world(&scene), DAffine3 { matrix3: sheared, translation: DVec3::new(1.0, 2.0, 3.0) });
-    // All three parts are those given.
+    // Given all three parts, the edit replaces the matrix.
     scene.edit(&[edit(MIRROR, [0.0, 1.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 2.0, 3.0])]).unwrap();
     let given = DAffine3::from_scale_rotation_translation(
         DVec3::new(1.0, 2.0, 3.0),
@@ -362,7 +363,7 @@ fn keys_move_nodes_and_the_camera() {
     let mirror = |x| NodeEdit { node: MIRROR, translation: Some([x, 0.0, 1.0]), ..NodeEdit::default() };
     let edits = Edits {
         camera: None,
-        // Keys stand before what is set once; what they leave is set.
+        // Keys take precedence over constant parts, which set what keys leave.
         nodes: vec![edit(ARM, [2.0, 0.0, 2.0], [1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0])],
         keys: vec![
             key(1.0, vec![arm([0.0, 0.0, 0.0, 1.0]), mirror(0.0)], Some(camera(1.0, 30.0))),
@@ -372,7 +373,7 @@ fn keys_move_nodes_and_the_camera() {
     };
     let before = scene.fingerprint();
     scene.play(&edits).unwrap();
-    assert_ne!(scene.fingerprint(), before, "keys count before any pose");
+    assert_ne!(scene.fingerprint(), before, "the fingerprint lacks the keys");
     assert_eq!(scene.duration(), 3.0);
     for (time, angle, x, at) in
         [(0.0, 0.0, 0.0, 1.0), (1.5, 22.5_f64, 0.5, 1.5), (2.5, 67.5, 1.0, 2.5), (9.0, 90.0, 1.0, 3.0)]
@@ -384,7 +385,7 @@ fn keys_move_nodes_and_the_camera() {
             DVec3::new(2.0, 0.0, 2.0),
         );
         assert!(to_world.abs_diff_eq(expected, 1e-12), "at {time} s: {to_world}");
-        // The tables stand there: the spot shines along -z of its node.
+        // The tables follow: the spot shines along -z of its node.
         let spot = &scene.lights[0];
         assert!((spot.direction.as_dvec3() - expected.matrix3 * DVec3::NEG_Z).length() < 1e-6);
         assert!((spot.position.as_dvec3() + scene.origin - expected.translation).length() < 1e-6);
@@ -396,7 +397,7 @@ fn keys_move_nodes_and_the_camera() {
         assert!((seen.forward.as_dvec3() - (target - eye).normalize()).length() < 1e-6);
         assert!((f64::from(seen.fov_y).to_degrees() - (20.0 + 10.0 * at)).abs() < 1e-4);
     }
-    // Of a scene without anything that moves, the camera alone does.
+    // In a scene in which nothing else moves, the camera alone does.
     let mut scene = load(still(), &[]).unwrap();
     let keys = vec![key(0.0, vec![], Some(camera(0.0, 40.0))), key(1.0, vec![], Some(camera(1.0, 40.0)))];
     scene.play(&Edits { keys, ..Edits::default() }).unwrap();
@@ -409,7 +410,7 @@ fn keys_move_nodes_and_the_camera() {
 }
 
 #[test]
-fn a_joint_that_is_edited_bends_its_mesh() {
+fn edited_joint_deforms_its_mesh() {
     const ELBOW: usize = 3;
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let mut file = deforming();
@@ -438,7 +439,7 @@ fn a_joint_that_is_edited_bends_its_mesh() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_and_changes_nothing() {
+fn invalid_edits_are_refused_and_change_nothing() {
     let node_edit = |node, name: Option<&str>, x| NodeEdit {
         node,
         name: name.map(Into::into),
@@ -466,7 +467,7 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
         assert!(error.contains(words), "{error}");
         assert_eq!(scene.node_to_world(MIRROR, 0.0), stands);
     }
-    // What can be said and not shown is found by the pose.
+    // The pose refuses an edit that is valid and cannot be shown.
     scene.edit(&[node_edit(MIRROR, None, 1e10)]).unwrap();
     let error = scene.pose(0.0).unwrap_err().to_string();
     assert!(error.contains("as it is edited, cannot be shown: at 0 s its mesh reaches beyond"), "{error}");
@@ -482,9 +483,9 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     );
 }
 
-/// Who drags and who renders the file that is kept of it have the same tables.
+/// Dragging nodes, and rendering the file that is kept of it, give the same tables.
 #[test]
-fn what_is_kept_is_what_was_seen() {
+fn edits_loaded_from_a_file_give_the_dragged_scene() {
     let (folder, _) = copied("mirror-room");
     let path = folder.path().join("scene.gltf");
     let staged = |edits: Option<Edits>, grabbed: &[usize]| {
@@ -513,7 +514,7 @@ fn what_is_kept_is_what_was_seen() {
         "nothing moved yet"
     );
     scene.pose(0.0).unwrap();
-    // All but where things were before.
+    // Compare all but the previous transforms.
     for instance in dragged.instances.iter_mut().chain(&mut scene.instances) {
         instance.to_previous = Transform::IDENTITY;
     }

@@ -1,10 +1,11 @@
-//! The example variants of `tests/example_variants` from outside of the kernels: each renders once, and does what the head of its file says.
-//! CONTRIBUTING.md quotes them. The light and the lobe can only stand inside of the kernels: `.ci/new-variant --check` compiles them.
+//! The example variants of `tests/example_variants` from outside of the kernels: each renders once, and does what the
+//! head of its file states. CONTRIBUTING.md quotes them. The light and the lobe must stand inside of the kernels:
+//! `.ci/new-variant --check` compiles them.
 
 use caustics::metric::comparison::{Comparison, Viewing};
 use caustics::metric::pixels::{Estimate, Pixels};
 use caustics::render_config::{Paths, Radius, RenderConfig};
-// Where the metric, which its own folder surrounds with these modules, looks for them.
+// The metric's file expects these modules beside it, as in its own folder.
 use caustics::metric::{comparison, pixels};
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
@@ -32,7 +33,7 @@ mod same_pixel;
 #[path = "../../example_variants/stripes.rs"]
 mod stripes;
 
-/// Passes of the gather, which the list of the kernels makes for its own.
+/// Passes of the gather; the list of the kernels generates them for gathers of its own.
 mod stripes_passes {
     use super::stripes::Stripes;
 
@@ -54,7 +55,7 @@ struct Layers {
     caustics: Vec<Vec3>,
 }
 
-/// The layers of the first frames, one after the other, of a still scene.
+/// Layers of the first frames of a still scene, one after the other.
 fn frames(
     scene: &Scene,
     config: &RenderConfig,
@@ -89,14 +90,14 @@ fn sum(layer: &[Vec3]) -> f32 {
 }
 
 #[test]
-fn the_example_gather_renders_the_bits_of_another_gather() {
+fn example_gather_matches_another_gather_to_the_bit() {
     let expected = frame(&config(), &BASIC, &PHOTONS_GRID);
     assert!(sum(&expected.caustics) > 0.0);
     assert!(frame(&config(), &BASIC, &STRIPES) == expected);
 }
 
 #[test]
-fn the_example_method_renders_as_half_the_radius_does() {
+fn example_method_renders_like_half_the_radius() {
     let whole = frame(&config(), &BASIC, &PHOTONS_GRID);
     let half = frame(&RenderConfig { radius: Radius::Px(0.5), ..config() }, &BASIC, &PHOTONS_GRID);
     let found = frame(&config(), &halved::HALVED, &PHOTONS_GRID);
@@ -105,7 +106,7 @@ fn the_example_method_renders_as_half_the_radius_does() {
 }
 
 #[test]
-fn the_example_denoiser_gives_each_two_pixels_their_mean() {
+fn example_denoiser_gives_pairs_of_pixels_their_mean() {
     let noisy = frame(&RenderConfig { denoiser: &denoiser::ATROUS, ..config() }, &BASIC, &PHOTONS_GRID);
     let found = frame(&RenderConfig { denoiser: &pairs::PAIRS, ..config() }, &BASIC, &PHOTONS_GRID);
     assert!(found.path.chunks(2).all(|pair| pair[0] == pair[1]));
@@ -117,7 +118,7 @@ fn the_example_denoiser_gives_each_two_pixels_their_mean() {
     assert!(found.caustics == plain.caustics);
 }
 
-/// A large weak light and a small strong one above a mirror that stands on a floor.
+/// A large weak light and a small strong one above a mirror on a floor.
 fn two_lights() -> Scene {
     let mut b = Builder::default();
     let [floor, mirror] = [lambert(0.7), metal(0.9, 0.0)].map(|material| b.material(material));
@@ -130,7 +131,7 @@ fn two_lights() -> Scene {
 }
 
 #[test]
-fn the_example_emission_keeps_the_light_and_changes_the_samples() {
+fn example_emission_keeps_the_mean_and_changes_the_samples() {
     let scene = two_lights();
     assert!(scene.lights.len() > 1);
     let caustics = |emission| {
@@ -141,14 +142,15 @@ fn the_example_emission_keeps_the_light_and_changes_the_samples() {
     let [power, even] = [&emission::POWER, &even::EVEN].map(caustics);
     println!("by power {power:?}, evenly {even:?}");
     assert!(power[0] > 0.0 && power != even);
-    // Frames differ by 2.5 % (standard deviation): means of eight by a hundredth, and their ratio by five of its standard errors.
+    // Frames have a standard deviation of 2.5 %: means of eight have a hundredth, and 0.06 is five standard errors of
+    // their ratio.
     let ratio = even.iter().sum::<f32>() / power.iter().sum::<f32>();
     assert!((ratio - 1.0).abs() < 0.06, "{ratio}");
 }
 
 #[test]
-fn the_example_history_blends_each_two_frames_of_a_still_scene() {
-    // The floor is seen directly: the same collection points in every frame.
+fn example_history_blends_two_frames_of_a_still_scene() {
+    // The camera sees the floor directly: collection points are the same in every frame.
     let scene = two_lights();
     let rendered = |history| frames(&scene, &RenderConfig { history, ..config() }, &BASIC, &PHOTONS_GRID, 2);
     let [alone, blended] = [&history::NONE, &same_pixel::SAME_PIXEL].map(rendered);
@@ -165,7 +167,7 @@ fn the_example_history_blends_each_two_frames_of_a_still_scene() {
 }
 
 #[test]
-fn the_example_metric_is_the_largest_difference() {
+fn example_metric_is_the_largest_difference() {
     let estimate = |values: [f64; 2]| {
         let values = values.map(DVec3::splat).to_vec();
         Estimate { mean: Pixels { width: 2, height: 1, values }, variance: None, caustics: None }

@@ -1,4 +1,4 @@
-//! Rare bright samples of camera paths, bounded by the pixels around: what is taken, and what that buys and costs.
+//! Clamping of rare bright camera samples by the pixels around: the light that it takes, its gain and its cost.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
@@ -41,9 +41,10 @@ fn layer(scene: &Scene, fireflies: Fireflies, seed: u32) -> Vec<Vec3> {
     session.image().expect("an image").path
 }
 
-/// What is above eight times the mean of the 24 pixels around, of what came after a non-delta bounce, is taken from a pixel and from no other.
+/// A pixel loses light above eight times the mean of the 24 pixels around. Only light behind a non-delta bounce is
+/// compared and lost, and no other pixel loses any.
 #[test]
-fn samples_are_bounded_by_the_pixels_around() {
+fn samples_are_clamped_to_8_times_the_mean_of_24_neighbours() {
     let scene = committed("mirror-room");
     let kept = layer(&scene, Fireflies::Kept, 1);
     let mut session = open(&scene, &config(Fireflies::Bounded, 1), &BASIC);
@@ -72,9 +73,9 @@ fn samples_are_bounded_by_the_pixels_around() {
     assert!((50..kept.len() / 20).contains(&taken));
 }
 
-/// Where samples are rare and bright, much of the variance goes and little of the light.
+/// Where samples are rare and bright, clamping takes much of the variance and little of the light.
 #[test]
-fn bounds_take_variance_and_little_light() {
+fn clamping_lowers_the_variance_and_loses_at_most_2_percent_of_the_light() {
     for (name, max_variance, max_light) in
         [("mirror-room", 0.7, 0.02), ("glossy-room", 0.7, 0.02), ("cornell-box", 1.0, 0.01)]
     {
@@ -95,9 +96,9 @@ fn bounds_take_variance_and_little_light() {
     }
 }
 
-/// A lamp as small as a pixel, seen directly or in a smooth mirror, is no firefly; and what converges has no bounds.
+/// A light as small as a pixel, seen directly or in a smooth mirror, is no firefly. Progressive renders have no bounds.
 #[test]
-fn what_is_steady_and_what_converges_stay() {
+fn directly_seen_lights_and_progressive_renders_are_not_clamped() {
     let mut b = Builder::default();
     let (floor, mirror, light) =
         (b.material(lambert(0.5)), b.material(metal(0.9, 0.0)), b.material(emitter(500.0)));
@@ -111,7 +112,7 @@ fn what_is_steady_and_what_converges_stay() {
     let [kept, bounded] = [Fireflies::Kept, Fireflies::Bounded].map(|setting| layer(&scene, setting, 1));
     let bright: Vec<usize> = (0..kept.len()).filter(|pixel| kept[*pixel].x > 400.0).collect();
     let columns = || bright.iter().map(|pixel| pixel % SIZE.0);
-    // In two places.
+    // The bright pixels lie in two areas.
     assert!(columns().max() > columns().min().map(|first| first + 5), "{bright:?}");
     assert!(bright.iter().all(|&pixel| bounded[pixel] == kept[pixel]));
     let config = config(Fireflies::Bounded, 1);

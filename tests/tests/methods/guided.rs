@@ -1,5 +1,5 @@
-//! Guided emission: that it learns, what it learns from, that its light is that of emission by power, and that it goes on to the
-//! same bits.
+//! Guided emission: that it learns, from which photons, that its light is that of emission by power, and that it
+//! continues to the same bits.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
@@ -60,11 +60,11 @@ fn sum(caustics: &[Vec3]) -> f64 {
     caustics.iter().map(|value| f64::from(value.element_sum())).sum()
 }
 
-/// What the pixels of a view show in the end.
+/// The converged pixels of a view.
 struct Reference {
-    /// Square of the light that an error of each pixel is relative to, as scores have it: its own, and a tenth of the mean.
+    /// Squared light that the error of each pixel is relative to, as in scores: its own, and a tenth of the mean.
     squares: Vec<f64>,
-    /// Whether the floor is seen at once: behind curved glass the camera's choices are noise too.
+    /// Whether the floor is seen directly: behind curved glass the camera's choices add noise.
     direct: Vec<bool>,
 }
 
@@ -86,7 +86,7 @@ impl Reference {
         Reference { squares: light.iter().map(|light| light * light + dark * dark).collect(), direct }
     }
 
-    /// The mean relative variance of pixels, of all or of those that see the floor at once.
+    /// Mean relative variance of the pixels, of all or of those that see the floor directly.
     fn variance(&self, images: &[Vec<Vec3>], all: bool) -> f64 {
         let pixel = |&pixel: &usize| {
             let values: Vec<f64> = images.iter().map(|image| f64::from(image[pixel].element_sum())).collect();
@@ -97,7 +97,7 @@ impl Reference {
     }
 }
 
-/// Caustics of frames of several seeds (of index `frame`, those before it rendered too).
+/// Caustics of the frame of index `frame` for several seeds; the frames before it are rendered too.
 fn frames(scene: &Scene, emission: &'static Emission, light_paths: u32, frame: u32) -> Vec<Vec<Vec3>> {
     let run = |seed: u32| {
         let config = RenderConfig { emission, ..config(light_paths, 10 + seed) };
@@ -107,14 +107,14 @@ fn frames(scene: &Scene, emission: &'static Emission, light_paths: u32, frame: u
     (0..6).map(run).collect()
 }
 
-/// The mean of their sums.
+/// Mean of the sums of these images.
 fn light(images: &[Vec<Vec3>]) -> Mean {
     Mean::from_samples(&images.iter().map(|image| sum(image)).collect::<Vec<_>>())
 }
 
-/// The committed room with a mirror: most of what a lamp sends into the cones is seen nowhere.
+/// The committed room with a mirror: most of the light that goes into the emission cones is seen nowhere.
 #[test]
-fn guided_paths_bring_the_same_light_with_less_noise_from_the_first_frame_on() {
+fn guided_emission_keeps_the_mean_at_a_sixth_of_the_variance_in_the_first_frame() {
     let scene = committed("mirror-room");
     let reference = Reference::for_scene(&scene);
     let measured = |emission, frame| {
@@ -131,9 +131,9 @@ fn guided_paths_bring_the_same_light_with_less_noise_from_the_first_frame_on() {
     assert!(first.1 < power.1 / 6.0 && fifth.1 < power.1 / 8.0);
 }
 
-/// Light is no position's own: neither threads nor the gather that scores change a bit of what is learnt.
+/// Neither threads nor the gather that scores change a bit of the learnt data.
 #[test]
-fn threads_and_gathers_change_no_bit() {
+fn threads_and_gathers_change_no_bit_of_the_guiding_state() {
     let scene = committed("ring");
     let result = |threads, gather| {
         let choice = RunnerChoice::Cpu { threads };
@@ -148,9 +148,9 @@ fn threads_and_gathers_change_no_bit() {
     }
 }
 
-/// A session that takes over what is known goes on as the one that left it; so it does where something moved.
+/// A session with a restored state continues like the one that left it, also where something moved.
 #[test]
-fn a_state_that_is_restored_goes_on() {
+fn restored_guiding_state_continues_to_the_same_bits() {
     let mut scene = Moving::GlassCaster.scene();
     let config = config(16_384, 9);
     let pose = |session: &mut Session, scene: &mut Scene, time: f64| {
@@ -174,9 +174,9 @@ fn a_state_that_is_restored_goes_on() {
     }
 }
 
-/// What is known of a still view adds up; where something moved it counts half.
+/// Learnt sums of a still view add up; where something moved they count half.
 #[test]
-fn what_is_known_fades_where_something_moves() {
+fn guiding_sums_add_up_at_rest_and_halve_under_motion() {
     let mut scene = Moving::Light.scene();
     let paths = 16_384;
     let mut session = open(&CPU, &scene, &config(paths, 9), &BASIC);
@@ -186,7 +186,7 @@ fn what_is_known_fades_where_something_moves() {
         let sums: Vec<GuideSum> = session.read("guide_sums").expect("sums");
         f64::from(sums.last().expect("a total").starts) / f64::from(paths)
     };
-    // In the first frame the pilot, which knew of no caustic and is forgotten then.
+    // The first frame counts its pilot, which knew of no caustic and is forgotten then.
     let pilot = 1.0 / 8.0;
     assert_eq!(starts(&mut session, &scene, 0), pilot);
     assert_eq!(starts(&mut session, &scene, 1), 1.0 - pilot);
@@ -195,9 +195,10 @@ fn what_is_known_fades_where_something_moves() {
     assert_eq!(starts(&mut session, &scene, 3), 0.5 * (2.0 - pilot) + 1.0 + pilot);
 }
 
-/// A caster that was elsewhere in the frame before: its pilot finds it. No frame is worse than emission by power.
+/// A caster that was elsewhere in the last frame: the pilot finds it. Each frame has at most half of the variance by
+/// power.
 #[test]
-fn a_caster_that_jumps_is_found_again() {
+fn guiding_halves_the_variance_in_the_first_frame_after_a_caster_jumps() {
     let scene_at = |x: f64| {
         let mut b = Builder::default();
         let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
@@ -207,10 +208,10 @@ fn a_caster_that_jumps_is_found_again() {
         b.camera(DVec3::new(0.0, 2.0, 3.0), DVec3::ZERO, 0.9);
         b.build()
     };
-    // The state of a session at one position, taken over by one at the other.
+    // Restore the state of a session at one position in a session at the other.
     let (here, there) = (scene_at(-1.0), scene_at(1.0));
     let reference = Reference::for_scene(&there);
-    // Variances of the frames behind the jump.
+    // Variances of the frames after the jump.
     let variances = |emission: &'static Emission, still: u32, frames: u32| {
         let runs: Vec<Vec<Vec<Vec3>>> = (0..4)
             .map(|seed| {
@@ -221,7 +222,7 @@ fn a_caster_that_jumps_is_found_again() {
                     before.state().unwrap().into_iter().map(|(n, b)| (n.to_string(), b)).collect();
                 let mut after = open(&CPU, &there, &config, &BASIC);
                 after.restore(still - 1, &state).expect("a state");
-                // As an animation would say.
+                // Tell the session of the jump, as an animation does.
                 after.jump();
                 (still..still + frames).map(|frame| caustics(&mut after, frame)).collect()
             })
@@ -230,7 +231,7 @@ fn a_caster_that_jumps_is_found_again() {
         (0..frames as usize).map(|frame| reference.variance(&of_frame(frame), false)).collect::<Vec<_>>()
     };
     let power = variances(&POWER, 4, 1)[0];
-    // However long it was still before.
+    // The number of still frames before does not matter.
     for still in [4, 30] {
         let guided = variances(&GUIDED, still, 3);
         println!("variance by power {power:.4}, guided after {still} frames and a jump {guided:.4?}");
@@ -238,9 +239,9 @@ fn a_caster_that_jumps_is_found_again() {
     }
 }
 
-/// A method that splats its photons learns too: in `ring` nearly a hundredth of the lamp's light meets the ring.
+/// A method that splats its photons learns too: in `ring` nearly a hundredth of the light's flux meets the ring.
 #[test]
-fn splats_are_scored_too() {
+fn guiding_learns_from_splatted_photons() {
     let scene = committed("ring");
     let measured = |emission, frame| {
         let sums: Vec<f64> = (0..8)
@@ -255,16 +256,16 @@ fn splats_are_scored_too() {
     let (power, aimed, guided) = (measured(&POWER, 0), measured(&AIMED, 0), measured(&GUIDED, 3));
     println!("power {power:?}, aimed {aimed:?}, guided {guided:?}");
     assert!(guided.agrees(&power, 3.0) && guided.agrees(&aimed, 3.0));
-    assert!(power.error < 0.02 * power.value, "the test is too blunt");
+    assert!(power.error < 0.02 * power.value, "the test is too noisy");
     let mut session = open(&CPU, &scene, &config(32_768, 3), &KIM2019);
     session.frame(0).expect("a frame runs");
     let scores: Vec<u32> = session.read("start_scores").expect("scores");
     assert!(scores.iter().filter(|score| **score > 0).count() > 200);
 }
 
-/// Fifty spot lights in a row, of which one meets the glass: its group is found.
+/// Fifty spot lights in a row, one of which meets the glass: its group is found.
 #[test]
-fn one_lamp_of_fifty_meets_the_glass() {
+fn guiding_halves_the_variance_where_one_light_of_50_meets_the_glass() {
     let mut b = Builder::default();
     let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
@@ -275,12 +276,12 @@ fn one_lamp_of_fifty_meets_the_glass() {
         b.spot(DVec3::new(x, 1.5, 0.0), to, 0.1, 0.3, 3.0);
     }
     b.camera(DVec3::new(0.0, 2.0, 2.5), DVec3::ZERO, 0.9);
-    is_better("fifty lamps", &b.build(), 0.5);
+    is_better("fifty lights", &b.build(), 0.5);
 }
 
 /// A ceiling of a thousand emissive triangles, over a small ball.
 #[test]
-fn a_ceiling_of_a_thousand_emitters() {
+fn guiding_leaves_2_percent_of_the_variance_under_1000_emitters() {
     let mut b = Builder::default();
     let (floor, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
     let light = b.material(emitter(3.0));
@@ -294,9 +295,9 @@ fn a_ceiling_of_a_thousand_emitters() {
     is_better("a thousand emitters", &b.build(), 0.02);
 }
 
-/// Mirrors all around: no caster has a cone, and the map of all directions says where the image sees anything.
+/// Mirrors all around: no caster has a cone, and the map of all directions learns which of them the image sees.
 #[test]
-fn a_room_of_mirrors_is_no_worse() {
+fn guiding_in_a_room_of_mirrors_has_at_most_1_1_times_the_variance() {
     let mut b = Builder::default();
     let (mirror, table) = (b.material(metal(0.9, 0.0)), b.material(lambert(0.6)));
     b.block(mirror, DVec3::splat(-1.0), DVec3::splat(1.0), true);
@@ -306,7 +307,7 @@ fn a_room_of_mirrors_is_no_worse() {
     is_better("mirrors", &b.build(), 1.1);
 }
 
-/// The fourth frame brings the light of emission by power, at a share of its variance at most.
+/// The fourth frame brings the light of emission by power, at most at `limit` times its variance.
 fn is_better(what: &str, scene: &Scene, limit: f64) {
     let reference = Reference::for_scene(scene);
     let measured = |emission, frame| {
@@ -319,9 +320,9 @@ fn is_better(what: &str, scene: &Scene, limit: f64) {
     assert!(guided.1 < limit * power.1, "{what}");
 }
 
-/// Three frames on a GPU, by every tracer it has, are the CPU's, with all that they learnt; those of another seed are not. A path
-/// that rounding leads elsewhere and that brings much moves a map, and all starts after it: by ray queries one of three seeds may
-/// have one.
+/// Three frames on a GPU, by every tracer, match the CPU's with all learnt data; those of another seed do not. A path
+/// that rounding leads elsewhere and that brings much light moves a map, and all starts after it. By ray queries one of
+/// three seeds may have such a path.
 #[test]
 fn a_gpu_learns_as_the_cpu_does() {
     let Some(gpu) = watched_gpu() else { return };
@@ -353,7 +354,7 @@ fn a_gpu_learns_as_the_cpu_does() {
     }
 }
 
-/// Of each animation.
+/// Number of seeds of each animation.
 const SEEDS: u32 = 16;
 const FRAMES: u32 = 18;
 
@@ -374,8 +375,8 @@ fn animation(name: &str, emission: &'static Emission, seed: u32) -> Vec<[Vec<Vec
     (0..FRAMES).map(frame).collect()
 }
 
-/// No frame of guided emission is noisier than by power by more than three standard errors, but for the two after a cut, which may
-/// be twice as noisy.
+/// Asserts that no frame of guided emission is noisier than by power by more than three standard errors. The two frames
+/// after a cut may be twice as noisy.
 fn no_frame_is_noisier_than_by_power(names: &[&str]) {
     let mut faults = Vec::new();
     for &name in names {
@@ -384,7 +385,7 @@ fn no_frame_is_noisier_than_by_power(names: &[&str]) {
         let (power, guided) = (animations(&POWER), animations(&GUIDED));
         let mut ratios = Vec::new();
         for frame in 0..FRAMES as usize {
-            // All light, by both.
+            // All light, of both emissions.
             let images: Vec<_> = power.iter().chain(&guided).map(|run| &run[frame][1]).collect();
             let light = |pixel: usize| {
                 let sum: f64 = images.iter().map(|all| f64::from(all[pixel].element_sum())).sum();
@@ -394,7 +395,7 @@ fn no_frame_is_noisier_than_by_power(names: &[&str]) {
             let dark = 0.1 * light.iter().sum::<f64>() / light.len() as f64;
             let squares = light.iter().map(|light| light * light + dark * dark).collect();
             let reference = Reference { squares, direct: Vec::new() };
-            // Four times four seeds.
+            // Four groups of four seeds.
             let variance = |runs: &[Vec<[Vec<Vec3>; 2]>]| {
                 let part = |part: &[Vec<[Vec<Vec3>; 2]>]| {
                     let caustics: Vec<_> = part.iter().map(|run| run[frame][0].clone()).collect();
@@ -407,7 +408,7 @@ fn no_frame_is_noisier_than_by_power(names: &[&str]) {
                 ratios.push(guided.value / power.value);
             }
             let error = power.error.hypot(guided.error);
-            // It cuts at half a second.
+            // The camera cuts at half a second.
             let after_a_cut = name == "camera-cut" && (6..8).contains(&frame);
             let limit = if after_a_cut { 2.0 * power.value } else { power.value };
             if guided.value > limit + 3.0 * error {
@@ -424,7 +425,7 @@ mod long {
 
     #[test]
     #[ignore = "four animations of sixteen seeds: a minute on two cores"]
-    fn no_frame_is_noisier_where_lights_or_casters_change() {
+    fn guiding_raises_the_noise_of_no_frame_where_lights_or_casters_change() {
         no_frame_is_noisier_than_by_power(&["animated-light", "camera-cut", "light-off", "moving-caster"]);
     }
 }
@@ -434,7 +435,7 @@ mod release {
 
     #[test]
     #[ignore = "three animations of sixteen seeds: a minute on two cores"]
-    fn nor_where_the_camera_or_what_receives_moves() {
+    fn guiding_raises_the_noise_of_no_frame_where_camera_or_receivers_move() {
         no_frame_is_noisier_than_by_power(&["animated-camera", "moving-receiver", "sliding-receiver"]);
     }
 }

@@ -1,4 +1,4 @@
-//! Looking into pixels: what is found again is what the frame found, to the bit, and paths lead where they say.
+//! Inspection of pixels: it finds the values of the frame again, to the bit, and its paths are consistent.
 
 use caustics::inspect::{CameraPath, Event, Inspection, LightPath, Vertex};
 use caustics::render_config::{Paths, RenderConfig};
@@ -42,7 +42,7 @@ fn scatterings(vertices: &[Vertex]) -> Vec<&Vertex> {
     vertices.iter().filter(|vertex| vertex.event.is_vertex()).collect()
 }
 
-/// Pixels with most photons, with a few, with none, and some that are seen by a specular surface.
+/// Pixels with the most photons, with a few, with none, and some that are seen by a specular surface.
 fn pixels(photons: &[f32], depth: &[f32]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..photons.len() as u32).collect();
     order.sort_by_key(|&pixel| (-photons[pixel as usize] as i64, pixel));
@@ -54,7 +54,7 @@ fn pixels(photons: &[f32], depth: &[f32]) -> Vec<u32> {
     [vec![order[0], order[1], order[any / 2], order[any - 1], order[order.len() - 1]], specular].concat()
 }
 
-/// Holds a pixel against the image of the frame.
+/// Compares an inspected pixel with the image of the frame.
 #[track_caller]
 fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
     let image = session.image().expect("an image");
@@ -102,7 +102,7 @@ fn holds(session: &mut Session, scene: &Scene, pixel: u32) -> Inspection {
     found
 }
 
-/// A path that is not turned at a face goes on as it came, and a mirror reflects.
+/// Asserts that a path that is not turned at a face goes straight on, and that a mirror reflects.
 #[track_caller]
 fn assert_straight(found: &Inspection) {
     let CameraPath { eye, direction, vertices, .. } = &found.camera_path;
@@ -135,7 +135,7 @@ fn assert_straight(found: &Inspection) {
                 Event::Reflected | Event::TotallyReflected | Event::Scattered => from.dot(side) > -1.0e-3,
                 Event::Entered | Event::Left => from.dot(side) < 1.0e-3,
                 Event::Passed | Event::Hole | Event::Blended | Event::Covered => from.dot(to) > 0.99,
-                // Nothing comes behind the others.
+                // No segment follows the other events.
                 _ => false,
             };
             assert!(fits, "{b:?}");
@@ -144,14 +144,14 @@ fn assert_straight(found: &Inspection) {
 }
 
 #[test]
-fn deposits_are_those_of_the_picture_for_every_emission_and_share_of_light() {
+fn inspected_photons_sum_to_the_pixel_for_every_emission_and_caustics_setting() {
     for name in ["mirror-room", "prism"] {
         let scene = committed(name);
         for method in [&method::BASIC, &method::PROGRESSIVE] {
             for caustics in [Caustics::First, Caustics::Any] {
                 for emission in [&POWER, &AIMED, &GUIDED] {
                     let mut session = open(&scene, config(emission, caustics), method);
-                    // The first has a pilot where the emission learns, the second was learnt for.
+                    // The first frame has a pilot where the emission learns; the second uses its result.
                     for frame in 0..2 {
                         session.frame(frame).expect("a frame");
                         let image = session.image().expect("an image");
@@ -167,7 +167,7 @@ fn deposits_are_those_of_the_picture_for_every_emission_and_share_of_light() {
     }
 }
 
-/// A room in which a ball of glass stands half in a block of water: the water's top goes through the ball, and is nothing there.
+/// A room in which a glass ball stands half in a block of water; the water's top inside the ball has no effect.
 fn nested_room() -> Scene {
     let mut b = Builder::default();
     let (wall, light) = (b.material(lambert(0.6)), b.material(emitter(10.0)));
@@ -181,7 +181,7 @@ fn nested_room() -> Scene {
     b.build()
 }
 
-/// A ball of glass before a mirror, under a lamp behind a screen with holes.
+/// A glass ball before a mirror, under a light behind a screen with holes.
 fn holed_room() -> Scene {
     let mut b = Builder::default();
     let (wall, light) = (b.material(lambert(0.6)), b.material(emitter(40.0)));
@@ -200,7 +200,7 @@ fn holed_room() -> Scene {
 }
 
 #[test]
-fn paths_are_told_in_every_kind_of_scene() {
+fn inspected_paths_report_their_events_in_every_kind_of_scene() {
     let scenes = [
         ("mixed", mixed_room().build()),
         ("blended", blended_room().build()),
@@ -246,7 +246,7 @@ fn paths_are_told_in_every_kind_of_scene() {
 }
 
 #[test]
-fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
+fn inspected_pixel_in_a_mirror_reports_a_light_path_through_a_pane() {
     let mut b = Builder::default();
     let (floor, mirror) = (b.material(lambert(0.7)), b.material(metal(1.0, 0.0)));
     let pane = b.material(pane(1.5));
@@ -289,7 +289,7 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
         );
         assert_eq!((path.start, path.light.expect("a light").kind), ([10.0, 23.0, 30.5], "point"));
     }
-    // What is chosen of few is all.
+    // Asked for all photons, the inspection returns all.
     let all = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, usize::MAX).expect("a pixel");
     let photons = all.photons.expect("photons");
     let sum: Vec3 = photons.some.iter().map(|photon| Vec3::from_array(photon.radiance)).sum();
@@ -299,7 +299,7 @@ fn a_pixel_behind_a_mirror_shows_a_lamp_s_light_through_a_pane() {
 }
 
 #[test]
-fn without_its_maps_a_pilot_is_left_out_and_said_to_be() {
+fn inspection_skips_and_counts_pilot_paths_whose_maps_are_gone() {
     let scene = committed("mirror-room");
     let mut session = open(&scene, config(&GUIDED, Caustics::First), &method::BASIC);
     session.keep_starts(false);
@@ -312,7 +312,7 @@ fn without_its_maps_a_pilot_is_left_out_and_said_to_be() {
 }
 
 #[test]
-fn keeping_what_paths_start_by_changes_no_picture() {
+fn keeping_emission_maps_for_inspection_changes_no_bit() {
     let scene = committed("mirror-room");
     let images = [false, true].map(|keeps| {
         let mut session = open(&scene, config(&GUIDED, Caustics::First), &method::BASIC);
@@ -326,7 +326,7 @@ fn keeping_what_paths_start_by_changes_no_picture() {
 }
 
 #[test]
-fn methods_without_points_tell_a_path_and_those_with_other_kernels_no_deposits() {
+fn inspection_reports_points_and_photons_of_methods_that_have_them() {
     let scene = committed("mirror-room");
     for (method, has_point, has_photons) in
         [(&method::PATH, false, false), (&method::KIM2019, true, false), (&method::YANG2021, true, false)]
@@ -346,7 +346,7 @@ fn methods_without_points_tell_a_path_and_those_with_other_kernels_no_deposits()
 }
 
 #[test]
-fn a_history_lends_light_but_no_deposits() {
+fn inspected_photons_exclude_those_reused_by_a_history() {
     let scene = committed("mirror-room");
     let config = RenderConfig { history: &history::VALIDATED, ..config(&POWER, Caustics::First) };
     let mut session = open(&scene, config, &method::BASIC);
@@ -361,7 +361,7 @@ fn a_history_lends_light_but_no_deposits() {
 }
 
 #[test]
-fn there_is_nothing_to_look_into_before_a_frame_and_where_the_scene_is_another() {
+fn inspection_is_refused_before_a_frame_and_after_a_pose() {
     let mut scene = committed("moving-caster");
     let camera = scene.cameras[0].clone();
     let mut session = open(&scene, config(&POWER, Caustics::First), &method::BASIC);
@@ -385,7 +385,7 @@ fn there_is_nothing_to_look_into_before_a_frame_and_where_the_scene_is_another()
 
 /// In the dark no light path is traced.
 #[test]
-fn a_dark_scene_has_paths_of_the_camera_alone() {
+fn inspection_of_a_dark_scene_reports_the_camera_path_alone() {
     let scene = Scene { lights: Vec::new(), ..committed("mirror-room") };
     let mut session = open(&scene, config(&POWER, Caustics::First), &method::BASIC);
     session.frame(0).expect("a frame");

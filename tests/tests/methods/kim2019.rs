@@ -1,5 +1,5 @@
-//! The baseline `kim2019`: its energy and its error beside OurBasic's where a caustic is seen directly, and that it shows
-//! none in a mirror.
+//! The baseline `kim2019`: its energy and its error beside OurBasic's where a caustic is seen directly, and no caustics
+//! in a mirror.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::rendered_image::RenderedImage;
@@ -45,7 +45,7 @@ fn sum(layer: &[Vec3]) -> f64 {
     layer.iter().map(|value| f64::from(value.element_sum())).sum()
 }
 
-/// Sums of the caustics that are seen directly, frame by frame.
+/// Sums of the directly seen caustics, frame by frame.
 fn direct(images: &[RenderedImage]) -> Vec<f64> {
     let of_frame = |image: &RenderedImage| -> f64 {
         let pairs = image.depth.iter().zip(&image.caustics);
@@ -60,7 +60,7 @@ fn kim_conserves_the_energy_of_a_caustic_seen_directly() {
     let scene = committed("moving-caster");
     let many = RenderConfig { light_paths: Paths::Count(200_000), ..config(1) };
     let of_frames = |method| direct(&images(&scene, &many, method, 40));
-    // The same light paths, so that ratios frame by frame have little noise.
+    // Use the same light paths, so that ratios frame by frame have little noise.
     let reference = of_frames(&PROGRESSIVE);
     let ratio = |method| {
         let pairs = of_frames(method).into_iter().zip(&reference).map(|(own, reference)| own / reference);
@@ -74,14 +74,14 @@ fn kim_conserves_the_energy_of_a_caustic_seen_directly() {
     assert!(facing.0 > 1.05, "the areas differ: {}", facing.0);
 }
 
-/// A caustic on a floor that is seen at 8 to 20 degrees, so that one pixel of the small image reaches over a tenth of its
-/// distance: whatever the size, what is splatted is what discs gather, which lose nothing in the middle of a plane.
+/// A caustic on a floor seen at 8 to 20 degrees: one pixel of the small image reaches over a tenth of its distance. At
+/// any size the splatted energy is that of discs, which lose nothing in the middle of a plane.
 #[test]
 fn kim_conserves_the_energy_of_a_grazing_caustic() {
     let mut b = Builder::default();
     let (floor, mirror) = (b.material(lambert(0.6)), b.material(metal(0.9, 0.0)));
     b.panel(floor, DVec3::ZERO, 6.0 * DVec3::Z, 6.0 * DVec3::X);
-    // A small mirror high above sends the light of a lamp below it to the middle of the floor.
+    // A small mirror high above sends the light of a spot light below it to the middle of the floor.
     b.panel(mirror, DVec3::new(0.0, 3.0, 0.0), 0.2 * DVec3::X, 0.3 * DVec3::Z);
     b.spot(DVec3::new(0.0, 1.5, 0.0), DVec3::Y, 0.25, 0.3, 1.0);
     b.camera(DVec3::new(0.0, 0.6, 3.0), DVec3::new(0.0, 0.0, 0.0), 0.7);
@@ -91,7 +91,7 @@ fn kim_conserves_the_energy_of_a_grazing_caustic() {
         let jittered = RenderConfig { pixel_filter: PixelFilter::Box, ..size(1) };
         let reference = direct(&images(&scene, &jittered, &BASIC, 8));
         let kim = direct(&images(&scene, &size(1), &KIM2019, 8));
-        // The same light paths, so that ratios frame by frame have little noise.
+        // Use the same light paths, so that ratios frame by frame have little noise.
         let ratios: Vec<f64> = kim.iter().zip(&reference).map(|(own, reference)| own / reference).collect();
         let (ratio, error) = mean_and_error(&ratios);
         println!("{width}x{height}: energy {ratio:.4} +- {error:.4}");
@@ -99,10 +99,10 @@ fn kim_conserves_the_energy_of_a_grazing_caustic() {
     }
 }
 
-/// Errors of single frames beside those of OurBasic with the same light paths, on the floor and the outside of the ring:
-/// the caustics that the ring's inside mirrors are not Kim's to show.
+/// Errors of single frames beside OurBasic's with the same light paths, on the floor and the outside of the ring. Kim's
+/// method does not show the caustics that the ring's inside mirrors.
 #[test]
-fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
+fn kim_has_at_most_the_error_of_our_basic_on_a_caustic_seen_directly() {
     let scene = committed("ring");
     let (kim, basic) = (images(&scene, &config(1), &KIM2019, 12), images(&scene, &config(1), &BASIC, 12));
     let depth = &basic[0].depth;
@@ -137,15 +137,15 @@ fn kim_is_as_good_as_our_basic_where_a_caustic_is_seen_directly() {
         images.iter().map(error).collect()
     };
     let (kim, basic) = (flip(&kim), flip(&basic));
-    // The same light paths: their noise falls out of a frame's ratio.
+    // With the same light paths, their noise cancels in a frame's ratio.
     let ratios: Vec<f64> = kim.iter().zip(&basic).map(|(kim, basic)| kim / basic).collect();
     let (ratio, error) = mean_and_error(&ratios);
     println!("FLIP of the caustics: kim2019 / basic = {ratio:.4} +- {error:.4}; basic {:.5}", basic[0]);
-    assert!(basic[0] > 0.01, "the test has lost its subject");
+    assert!(basic[0] > 0.01, "the test has nothing to check");
     assert!(3.0 * error < 0.02 && ratio <= 1.0 + 3.0 * error, "{ratio} +- {error}");
 }
 
-/// The wall mirror of mirror-room: pixels whose collection point lies behind it.
+/// The wall mirror of mirror-room: pixels with their collection point behind it.
 #[test]
 fn kim_shows_no_caustic_in_a_perfect_mirror() {
     let scene = committed("mirror-room");
@@ -160,9 +160,9 @@ fn kim_shows_no_caustic_in_a_perfect_mirror() {
     };
     let ((pixels, dark), (_, light)) = (behind(&kim), behind(&basic));
     println!("{pixels} pixels behind mirrors and glass: kim2019 {dark}, basic {light}");
-    assert!(pixels > 3000 && light > 1.0, "the test has lost its subject");
+    assert!(pixels > 3000 && light > 1.0, "the test has nothing to check");
     assert_eq!(dark, 0.0);
-    assert!(sum(&kim.caustics) > 0.0, "what is seen directly is there");
+    assert!(sum(&kim.caustics) > 0.0, "directly seen caustics are missing");
 }
 
 #[test]

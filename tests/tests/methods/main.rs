@@ -1,4 +1,4 @@
-//! What methods, histories, the denoiser and animations promise.
+//! Tests of methods, histories, the denoiser and animations.
 
 mod animation;
 mod auxiliary;

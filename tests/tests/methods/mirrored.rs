@@ -1,4 +1,4 @@
-//! Things that move, seen in mirrors: a history costs no more there than it gives, of caustics and of path-traced light.
+//! Moving objects seen in mirrors: histories lower the error of caustics and of noisy path-traced light there.
 
 use caustics::accumulation::Accumulation;
 use caustics::render_config::{Paths, RenderConfig};
@@ -13,7 +13,7 @@ use glam::Vec3;
 const FPS: f64 = 24.0;
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 60;
-/// Frames that are compared with the reference: the last of so many.
+/// Number of frames that are compared with the reference: the last ones.
 const COMPARED: u32 = 4;
 const FRAMES: u32 = 16;
 /// Depth of a collection point that is seen in a mirror.
@@ -56,7 +56,7 @@ fn animation(scene: &Scene, config: &RenderConfig) -> Vec<RenderedImage> {
 /// A layer of an image.
 type Layer = fn(&RenderedImage) -> &Vec<Vec3>;
 
-/// Means of many frames of each of the last poses, over whole pixels.
+/// Means of `samples` frames of each of the last poses, over whole pixels.
 fn reference(scene: &Scene, samples: u32) -> Vec<RenderedImage> {
     let mut scene = scene.clone();
     let many = RenderConfig {
@@ -78,7 +78,7 @@ fn reference(scene: &Scene, samples: u32) -> Vec<RenderedImage> {
     (FRAMES - COMPARED..FRAMES).map(mean).collect()
 }
 
-/// Sum of squared differences of what displays can show, where `seen` shows the mirror.
+/// Sum of squared differences of displayable values, where `seen` shows the mirror.
 fn squares(
     images: &[RenderedImage],
     reference: &[RenderedImage],
@@ -111,14 +111,15 @@ fn errors_over_none(scene: &Scene, samples: u32, seeds: u32) -> [f64; 2] {
     sums.map(|[none, kept]| kept / none)
 }
 
-/// Widths of the light over that in the file: path-traced light of the first has no noise, that of the second is noise.
+/// Widths of the light over that in the file. Path-traced light has no noise under the first, and is noise under the
+/// second.
 const LIGHT_SCALES: [f64; 2] = [1.0, 16.0];
 
-/// Largest squared error of path-traced light without noise, over that without a history. Edges of shadows that move blur by a pixel
-/// or two, which costs about as much as frames that see pixel centres alone differ from whole pixels.
+/// Largest squared error of path-traced light without noise, over that without a history. Edges of moving shadows blur
+/// by a pixel or two. That costs about as much as the difference of pixel centres from whole pixels.
 const MAX_WITHOUT_NOISE: f64 = 1.1;
 
-/// Compares in scenes by their names.
+/// Compares errors in scenes by their names.
 fn cost_less_than_they_give(scenes: &[(&str, &dyn Fn(f64) -> Scene)], samples: u32, seeds: u32) {
     let mut wrong = Vec::new();
     for (name, scene) in scenes {
@@ -138,7 +139,7 @@ fn cost_less_than_they_give(scenes: &[(&str, &dyn Fn(f64) -> Scene)], samples: u
 }
 
 #[test]
-fn histories_of_a_caster_that_moves_in_a_mirror_cost_less_than_they_give() {
+fn histories_lower_the_error_of_a_caster_that_moves_in_a_mirror() {
     let scene = |light_scale| Moving::MetalCaster.in_a_mirror(light_scale);
     cost_less_than_they_give(&[("MetalCaster", &scene)], 12, 1);
 }
@@ -148,7 +149,7 @@ mod release {
 
     #[test]
     #[ignore = "14 scenes: two minutes"]
-    fn histories_of_all_that_moves_in_a_mirror_cost_less_than_they_give() {
+    fn histories_lower_the_error_of_everything_that_moves_in_a_mirror() {
         for moving in Moving::ALL {
             cost_less_than_they_give(
                 &[(&format!("{moving:?}"), &|light_scale| moving.in_a_mirror(light_scale))],

@@ -1,4 +1,4 @@
-//! The history of path-traced light: what it must equal, what it must notice, and what it must not lose.
+//! Path history: what it must equal, which changes it must notice, and what it must not lose.
 
 use caustics::accumulation::Accumulation;
 use caustics::render_config::{Paths, RenderConfig};
@@ -34,7 +34,7 @@ fn session(scene: &Scene, config: &RenderConfig, threads: usize) -> Session {
     Session::new(&choice, scene, &scene.cameras[0], config, features).expect("a session opens")
 }
 
-/// The path-traced light of so many frames of an animation.
+/// Path-traced light of `count` frames of an animation.
 fn animation(scene: &Scene, config: &RenderConfig, count: u32) -> Vec<Vec<Vec3>> {
     let mut scene = scene.clone();
     scene.pose(0.0).expect("a pose");
@@ -52,7 +52,7 @@ fn total(layer: &[Vec3]) -> f64 {
     sums(layer).iter().sum()
 }
 
-/// A corner of two colours beneath a square lamp: nothing specular.
+/// A corner of two colours beneath a square light: nothing specular.
 fn corner() -> Scene {
     let mut b = Builder::default();
     let (floor, wall, light) = (b.material(lambert(0.6)), b.material(lambert(0.3)), b.material(emitter(5.0)));
@@ -63,9 +63,9 @@ fn corner() -> Scene {
     b.build()
 }
 
-/// Known answer: where no choice is specular, frame n of a still view is the mean of the first n frames without a history.
+/// Known answer: without specular choices, frame n of a still view is the mean of the first n frames without a history.
 #[test]
-fn a_still_view_shows_the_mean_of_its_frames() {
+fn path_history_of_a_still_view_is_the_mean_of_its_frames() {
     let scene = corner();
     for pixel_filter in PixelFilter::ALL.iter().copied() {
         let [mut raw, mut kept] = ALL.map(|path_history| {
@@ -86,7 +86,7 @@ fn a_still_view_shows_the_mean_of_its_frames() {
                 let close = (shown[pixel] - mean[pixel]).length() <= 4e-6 * mean[pixel].length();
                 same += u32::from(close && point.samples == frame as f32 + 1.0);
             }
-            // Rays over the whole pixel meet two surfaces along an edge: there the history is a neighbour's.
+            // Rays over the whole pixel meet two surfaces along an edge, where the history is a neighbour's.
             let min_share = if pixel_filter == PixelFilter::Box { 0.95 } else { 1.0 };
             assert!(
                 seen > 3000 && f64::from(same) >= min_share * f64::from(seen),
@@ -96,9 +96,9 @@ fn a_still_view_shows_the_mean_of_its_frames() {
     }
 }
 
-/// In a scene at rest every path that is traced again finds the same bits, however the camera moves, and light counts long.
+/// In a scene at rest every retraced path finds the same bits under any motion of the camera, and light counts long.
 #[test]
-fn what_rests_is_found_again_to_the_bit() {
+fn retraced_paths_of_a_still_scene_match_to_the_bit() {
     for sampler in [Sampler::Independent, Sampler::Sobol] {
         let config = RenderConfig { sampler, ..config(PathHistory::Validated, 1) };
         let mut scene = committed("animated-camera");
@@ -112,7 +112,7 @@ fn what_rests_is_found_again_to_the_bit() {
         let lit = retraced.iter().filter(|path| path.before.x > 0.0).count();
         assert!(lit > retraced.len() / 2, "{lit} of {}", retraced.len());
         assert!(retraced.iter().all(|path| path.before == path.now));
-        let max_frames: Vec<Vec2> = session.read("path_max_frames").expect("what blocks allow");
+        let max_frames: Vec<Vec2> = session.read("path_max_frames").expect("frames that blocks allow");
         assert!(max_frames.iter().all(|frames| *frames == Vec2::splat(MAX_FRAMES)));
         let light: Vec<PathHistoryLight> = session.read("path_light").expect("a history");
         let long = light.iter().filter(|light| light.direct_samples > 3.0).count();
@@ -120,9 +120,9 @@ fn what_rests_is_found_again_to_the_bit() {
     }
 }
 
-/// So does what blends: a path that is traced again meets the surfaces that it met.
+/// A retraced path through blended surfaces meets the surfaces that it met before.
 #[test]
-fn what_blends_is_found_again_to_the_bit() {
+fn retraced_paths_through_blended_surfaces_match_to_the_bit() {
     let scene = blended_room().build();
     let mut session = session(&scene, &config(PathHistory::Validated, 1), 0);
     let mut camera = scene.cameras[0].clone();
@@ -137,27 +137,27 @@ fn what_blends_is_found_again_to_the_bit() {
     assert!(retraced.iter().all(|path| path.before == path.now));
 }
 
-/// Light that goes out is noticed by the paths that found it, also where it is a part of all: less than a hundredth of what went
-/// out is left in the third frame.
+/// Paths that found a light notice that it goes out, also where it is a part of all light. Less than a hundredth of the
+/// lost light is left in the third frame.
 #[test]
-fn a_lamp_that_goes_out_leaves_no_ghost() {
+fn path_history_keeps_less_than_1_percent_of_a_light_that_went_out_3_frames_ago() {
     let (scene, step, count) = (committed("light-off"), 12, 18);
     let [none, kept] = ALL.map(|path_history| animation(&scene, &config(path_history, 0), count));
     let mean = |layers: &[Vec<Vec3>]| layers.iter().map(|l| total(l)).sum::<f64>() / layers.len() as f64;
     let (on, off) = (mean(&none[..step]), mean(&none[step..]));
-    assert!(off < 0.9 * on, "the lamp makes a part of the light: {off} of {on}");
+    assert!(off < 0.9 * on, "the light is too weak: {off} of {on}");
     for k in 0..count as usize - step {
-        // Frames since the step are the same paths without a history.
+        // Without a history, frames since the step have the same paths.
         let residual = (total(&kept[step + k]) - mean(&none[step..=step + k])) / (on - off);
         println!("frame {k} after the step: {residual:.4}");
         assert!(k < 2 || residual.abs() < 0.01, "frame {k}: {residual}");
     }
 }
 
-/// What the history keeps of the light of scenes where something moves, over that without, and its squared error to the reference. One
-/// has a lamp whose light is noise; in the others direct light has next to none, and the edges of shadows that move may blur.
+/// Energy of moving scenes with the history over that without, and its squared error to the reference. One scene has a
+/// light that is noise. In the others direct light has almost none, and edges of moving shadows may blur.
 #[test]
-fn what_moves_keeps_its_light() {
+fn path_history_keeps_the_energy_of_moving_scenes_to_1_percent() {
     let moving = |moving: Moving| (format!("{moving:?}"), moving.scene());
     let scenes = [
         (("animated-light".into(), committed("animated-light")), 0.85),
@@ -204,28 +204,29 @@ fn reference(scene: &Scene, samples: u32, frames: u32) -> Vec<Vec3> {
     sum.mean().path
 }
 
-/// Sum of squared differences of what displays can show: brighter than that are lamps alone.
+/// Sum of squared differences of displayable values; only lights are brighter.
 fn squares(layer: &[Vec3], reference: &[Vec3]) -> f64 {
     let pairs = layer.iter().zip(reference);
     pairs.map(|(a, b)| f64::from((a.min(Vec3::ONE) - b.min(Vec3::ONE)).length_squared())).sum()
 }
 
-/// In the frame behind a cut nothing is reused, to the bit, and one thread finds what two do.
+/// In the frame after a cut nothing is reused, to the bit, and one thread gives the result of two.
 #[test]
-fn a_cut_equals_no_history() {
+fn path_history_is_unused_in_the_frame_after_a_cut() {
     let scene = committed("camera-cut");
     let [none, kept] = ALL.map(|path_history| animation(&scene, &config(path_history, 0), 14));
     assert!(none[0] == kept[0] && none[12] == kept[12]);
-    assert!(none[11] != kept[11] && none[13] != kept[13], "there is a history elsewhere");
+    assert!(none[11] != kept[11] && none[13] != kept[13], "other frames have no history");
 }
 
-/// Behind dispersive glass a pixel sees another channel in every frame, which says nothing of the others: nothing is reused.
+/// Behind dispersive glass a pixel sees another channel in every frame, which tells nothing of the others: nothing is
+/// reused.
 #[test]
-fn behind_dispersive_glass_nothing_is_lent() {
+fn path_history_reuses_nothing_behind_dispersive_glass() {
     let mut b = Builder::default();
     let (floor, pane) = (b.material(lambert(0.6)), b.material(flint(1.5)));
     let light = b.material(Material { emission: Vec3::new(9.0, 3.0, 1.0), ..emitter(0.0) });
-    // All of it behind the pane, which reflects nothing to the eye: a reflection keeps its channels.
+    // All of it lies behind the pane, which reflects nothing to the camera: a reflection keeps its channels.
     b.panel(floor, -1.9 * DVec3::Z, 3.0 * DVec3::Z, 3.0 * DVec3::X);
     b.panel(light, DVec3::new(0.3, 1.5, 0.0), 0.4 * DVec3::X, 0.4 * DVec3::Z);
     b.block(pane, DVec3::new(-1.5, 0.05, 1.2), DVec3::new(1.5, 1.4, 1.4), false);
@@ -238,13 +239,13 @@ fn behind_dispersive_glass_nothing_is_lent() {
     });
     let lit = |channel| none.iter().filter(|seen| seen[channel] > 0.0).count();
     assert!([0, 1, 2].map(lit).iter().all(|lit| *lit > none.len() / 6), "each pixel has a channel");
-    assert!(none == kept, "and it is what this frame found");
+    assert!(none == kept, "light of other frames is reused");
 }
 
-/// Light of a class that is chosen at random, as below a coat, is unbiased: direct light is reused without the probability of the
-/// class, all other light with it.
+/// Light of a class that is chosen at random, as below a coat, is unbiased. Direct light is reused without the
+/// probability of the class, all other light with it.
 #[test]
-fn what_lies_below_a_coat_keeps_its_light() {
+fn path_history_keeps_the_energy_below_a_coat() {
     let mut b = Builder::default();
     let floor = b.material(coated(0.6, 0.1));
     let (wall, light) = (b.material(lambert(0.5)), b.material(emitter(5.0)));

@@ -1,4 +1,4 @@
-//! Histories: reused light of the previous frame, in scenes that stand still and under a moving camera.
+//! Histories: reused light of the last frame, in scenes at rest and under a moving camera.
 
 mod curved;
 
@@ -9,7 +9,7 @@ use caustics_tests::frames::{Frames, sums};
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 
-/// A floor seen head on, under a point light and beside a mirror that throws its light back.
+/// A floor seen head on, under a point light and beside a mirror that reflects its light.
 fn lit_floor() -> Scene {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));
@@ -25,13 +25,14 @@ fn config(width: u32, height: u32, light_paths: u32) -> RenderConfig {
     RenderConfig { width, height, light_paths: Paths::Count(light_paths), ..RenderConfig::default() }
 }
 
-/// O8: 0.2 of a frame are blended into 0.8 of the mean.
+/// O8: the paper's history blends 0.2 of a frame into 0.8 of the mean.
 #[test]
-fn the_paper_blends_a_fifth_of_each_frame() {
+fn paper_history_blends_a_fifth_of_each_frame() {
     papers_moments(0, 40);
 }
 
-/// Holds that formula pixel by pixel; the moments of a frame and of the paper's history over `count` frames behind `warm`.
+/// Checks that formula pixel by pixel; returns the moments of a frame and of the paper's history over `count` frames
+/// after `warm`.
 fn papers_moments(warm: u32, count: u32) -> [Vec<(f64, f64)>; 2] {
     let (scene, config) = (lit_floor(), config(48, 32, 40_000));
     let (mut none, mut paper) = (Frames::new(&scene, &config, &NONE), Frames::new(&scene, &config, &PAPER));
@@ -41,7 +42,7 @@ fn papers_moments(warm: u32, count: u32) -> [Vec<(f64, f64)>; 2] {
     for frame in 0..warm + count {
         let layers = [sums(&none.render()), sums(&paper.render())];
         for pixel in 0..pixels {
-            // What the formula says, pixel by pixel: no point has a neighbour in its disc, head on.
+            // Blend by the formula, pixel by pixel: head on, no point has a neighbour in its disc.
             let fresh = layers[0][pixel];
             mean[pixel] = if frame == 0 { fresh } else { 0.8 * mean[pixel] + 0.2 * fresh };
             assert!((layers[1][pixel] - mean[pixel]).abs() <= 1e-4 * mean[pixel].max(1e-3));
@@ -56,9 +57,9 @@ fn papers_moments(warm: u32, count: u32) -> [Vec<(f64, f64)>; 2] {
     moments
 }
 
-/// In a scene that stands still the validated history is the mean of all frames: its variance falls as 1/n.
+/// In a scene at rest the validated history is the mean of all frames: its variance falls as 1/n.
 #[test]
-fn the_validated_history_of_a_still_scene_is_the_mean_of_its_frames() {
+fn validated_history_of_a_still_scene_is_the_mean_of_its_frames() {
     let (scene, config) = (committed("mirror-room"), config(80, 45, 20_000));
     let (mut none, mut validated) =
         (Frames::new(&scene, &config, &NONE), Frames::new(&scene, &config, &VALIDATED));
@@ -83,13 +84,13 @@ fn the_validated_history_of_a_still_scene_is_the_mean_of_its_frames() {
     let whole: f64 = mean.iter().sum();
     let error: f64 = blended.iter().zip(&mean).map(|(a, b)| (a - b).abs()).sum();
     println!("relative distance to the mean of {frames} frames: {:.2e}", error / whole);
-    // Coats choose a lobe a frame: there a point's history skips frames.
+    // Coats choose one lobe per frame: there a point's history skips frames.
     assert!(error < 0.02 * whole, "{error} of {whole}");
 }
 
-/// After 64 frames of a still scene the variance between runs is more than 30 times below that of a frame.
+/// After 64 frames of a scene at rest the variance between runs is more than 30 times below that of a frame.
 #[test]
-fn a_still_scene_keeps_converging() {
+fn validated_history_of_64_still_frames_lowers_the_variance_30_times() {
     let (scene, seeds) = (committed("mirror-room"), 6);
     let last = |history, frames: u32| -> Vec<Vec<f64>> {
         let run = |seed| {
@@ -118,7 +119,7 @@ fn line_of_light() -> Scene {
     let floor = b.material(lambert(0.5));
     let mirror = b.material(metal(0.9, 0.0));
     b.panel(floor, DVec3::ZERO, 3.0 * DVec3::Z, 3.0 * DVec3::X);
-    // A narrow strip of mirror throws a narrow line of light.
+    // A narrow strip of mirror reflects a narrow line of light.
     let across = DVec3::new(0.25, 0.0, 1.0).normalize();
     b.panel(mirror, DVec3::new(1.0, 1.0, 0.0), across, 0.006 * DVec3::Y);
     b.light(DVec3::new(0.0, 2.0, 0.0), 5.0);
@@ -146,18 +147,18 @@ fn width_of_line(layer: &[f64], width: usize) -> f64 {
 }
 
 /// A line of light is no wider after 100 frames: exactly where nothing moves, and under a camera that pans by fractions
-/// of a pixel, where the paper's means over neighbours blur.
+/// of a pixel. There the paper's means over neighbours blur.
 #[test]
-fn a_line_of_light_stays_as_narrow_as_it_is() {
+fn validated_history_widens_a_line_of_light_by_less_than_0_1_px() {
     line_stays_narrow(Vec3::new(0.0061, 0.0, 0.0013));
 }
 
-/// Under an eye that moves by `step` (m) a frame.
+/// Compares widths under a camera that moves by `step` (m) per frame.
 fn line_stays_narrow(step: Vec3) {
     let (scene, config) = (line_of_light(), config(96, 64, 60_000));
     let camera = &scene.cameras[0];
     let last = moved(camera, step * 100.0);
-    // The line itself: one frame of very many paths.
+    // The line itself: one frame of very many light paths.
     let many = RenderConfig { light_paths: Paths::Count(100 * config.max_light_paths()), ..config.clone() };
     let width = |layer: &[Vec3]| width_of_line(&sums(layer), config.width as usize);
     let line = width(&Frames::new(&scene, &many, &NONE).pose(&scene, &last));
@@ -168,13 +169,13 @@ fn line_stays_narrow(step: Vec3) {
     });
     println!("step {step}: line {line:.3} px, paper {paper:.3}, validated {validated:.3}");
     assert!(validated < line + 0.1, "the line widened");
-    // Where discs overlap those of the frame before by fractions, each mean is over neighbours.
+    // Where discs overlap those of the last frame by fractions, each mean is over neighbours.
     assert!(step == Vec3::ZERO || paper > line + 0.5, "the published history has changed");
 }
 
-/// What shows up anew has no history: it equals OurBasic to the bit.
+/// A newly visible pixel has no history: it equals OurBasic to the bit.
 #[test]
-fn what_was_not_seen_before_equals_no_history() {
+fn disoccluded_pixels_equal_our_basic_to_the_bit() {
     let (scene, config) = (committed("mirror-room"), config(80, 45, 20_000));
     let camera = &scene.cameras[0];
     let turned = SceneCamera { right: -camera.right, forward: -camera.forward, ..camera.clone() };
@@ -206,15 +207,15 @@ mod long {
     /// O8: blending 0.2 of a frame into 0.8 of the mean leaves 0.2 / 1.8 of the variance of a frame.
     #[test]
     #[ignore = "600 frames: ten seconds and more"]
-    fn the_paper_keeps_a_ninth_of_the_variance() {
+    fn paper_history_keeps_a_ninth_of_the_variance() {
         let count = 600;
         let moments = papers_moments(24, count);
         let n = f64::from(count);
         let variance = |moments: &[(f64, f64)]| -> f64 {
             moments.iter().map(|(sum, squares)| squares / n - (sum / n).powi(2)).sum()
         };
-        // The mean over time of the blended frames moves with nine frames' worth of noise: its variance is 1/n (1 + 0.8) /
-        // (1 - 0.8) times a blended frame's, and is missing above.
+        // The mean over time of the blended frames has the noise of nine frames. Its variance is 1/n (1 + 0.8) / (1 -
+        // 0.8) times a blended frame's, and is missing above.
         let ratio = variance(&moments[1]) / variance(&moments[0]) / (1.0 - 9.0 / n);
         println!("variance of the paper's history: {ratio:.4} of a frame's, expected {:.4}", 0.2 / 1.8);
         assert!((ratio / (0.2 / 1.8) - 1.0).abs() < 0.05, "{ratio}");
@@ -222,7 +223,7 @@ mod long {
 
     #[test]
     #[ignore = "200 frames: ten seconds"]
-    fn a_line_of_light_under_a_still_eye_stays_as_narrow_as_it_is() {
+    fn validated_history_widens_a_line_of_light_by_less_than_0_1_px_under_a_still_camera() {
         line_stays_narrow(Vec3::ZERO);
     }
 }

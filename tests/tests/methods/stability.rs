@@ -1,4 +1,5 @@
-//! Stability over time: histories where lamps go out, casters and receivers move, and the camera jumps.
+//! Stability over time: histories after a light goes out, with moving casters and receivers, and after jumps of the
+//! camera.
 
 use caustics::image_file::Encoding;
 use caustics::metric::flip_ldr::flip_ldr;
@@ -19,12 +20,12 @@ fn config(width: u32, height: u32, light_paths: u32) -> RenderConfig {
     RenderConfig { width, height, light_paths: Paths::Count(light_paths), ..RenderConfig::default() }
 }
 
-/// Frames `0..count` of an animation: the caustics of each.
+/// Caustics of frames `0..count` of an animation.
 fn animation(scene: &Scene, config: &RenderConfig, history: &'static History, count: u32) -> Vec<Vec<Vec3>> {
     run(&RunnerChoice::Cpu { threads: 0 }, scene, config, history, count).0
 }
 
-/// The same on a runner, and the history that is left.
+/// Caustics of an animation on a runner, and the history that is left.
 fn run(
     choice: &RunnerChoice,
     scene: &Scene,
@@ -50,16 +51,16 @@ fn total(layer: &[Vec3]) -> f64 {
     sums(layer).iter().sum()
 }
 
-/// O8 and the ghost after a light step: the paper's share of light that is gone is 0.8^k after k frames; the validated
-/// history has dropped it at once.
+/// O8 and the ghost after a light step. After k frames 0.8^k of the lost light is left in the paper's history; the
+/// validated history has dropped it at once.
 #[test]
-fn a_lamp_that_goes_out_leaves_no_ghost() {
+fn paper_history_fades_by_0_8_a_frame_and_validated_at_once_after_a_light_goes_out() {
     let (scene, config) = (committed("light-off"), config(128, 72, 600_000));
     let (step, count) = (12, 20);
     let none = animation(&scene, &config, &NONE, count as u32);
     let mean = |layers: &[Vec<Vec3>]| layers.iter().map(|l| total(l)).sum::<f64>() / layers.len() as f64;
     let (on, off) = (mean(&none[..step]), mean(&none[step..]));
-    assert!(off < 0.7 * on, "the lamp makes a part of the caustics: {off} of {on}");
+    assert!(off < 0.7 * on, "the light is too weak: {off} of {on}");
     for history in [&PAPER, &VALIDATED] {
         let layers = animation(&scene, &config, history, count as u32);
         for k in 0..count - step {
@@ -70,8 +71,8 @@ fn a_lamp_that_goes_out_leaves_no_ghost() {
                 // The mean of eight frames is known to 0.7 % of the step, and a fifth of each frame is new.
                 assert!((residual - 0.8f64.powi(k as i32 + 1)).abs() < 0.02, "frame {k}: {residual}");
             } else {
-                // One frame has a noise of 2 %: the frames since the step are the same light paths without a history, and
-                // where nothing is left of those before, their mean is what the history shows.
+                // One frame has a noise of 2 %. The frames since the step trace the same light paths without a history.
+                // Where nothing is left of earlier frames, the history shows their mean.
                 let residual = (layer - mean(&none[step..=step + k])) / (on - off);
                 println!("validated, frame {k}: {residual:.6}");
                 assert!(residual.abs() < 1.0e-3, "frame {k}: {residual}");
@@ -104,9 +105,9 @@ fn errors(scene: &Scene, config: &RenderConfig, count: u32) -> Vec<(&'static str
         .collect()
 }
 
-/// Where caster, lamp or receiver move, reused light never costs more than it gives.
+/// Reused light never costs more than it gives where caster, light or receiver move.
 #[test]
-fn a_sliding_receiver_is_never_worse_than_without_history() {
+fn validated_history_never_raises_flip_on_a_sliding_receiver() {
     is_never_worse(&["sliding-receiver"]);
 }
 
@@ -124,7 +125,7 @@ fn is_never_worse(names: &[&str]) {
             mean(validated)
         );
         assert!(worst <= 1.0, "{name}");
-        // The paper's history does not see that light and surface move apart.
+        // The paper's history does not notice that light and surface move apart.
         assert!(
             name != "sliding-receiver" || mean(paper) > 1.02 * mean(none),
             "the published history has changed"
@@ -132,20 +133,20 @@ fn is_never_worse(names: &[&str]) {
     }
 }
 
-/// Light that is late is lost where its old position is hidden, as by the ring that moves: the history must not be late.
+/// Light that lags is lost where its old position is hidden, as by the moving ring: the history must not lag.
 #[test]
-fn a_moving_metal_ring_keeps_the_energy_of_its_caustics() {
+fn validated_history_keeps_the_energy_of_a_moving_metal_ring_to_2_percent() {
     let config = config(128, 72, 2 * 128 * 72);
     let [paper, validated] = kept(Moving::MetalCaster, [&PAPER, &VALIDATED], &config, 24, 2);
     println!("energy over that without a history: paper {paper:?}, validated {validated:?}");
-    // 2 %: what nobody sees. Frames of both histories have the same light paths: what remains of the noise is far below.
+    // 2 % is not visible. Frames of both histories have the same light paths, so that the remaining noise is far below.
     assert!((validated.value - 1.0).abs() < 0.02 && validated.error < 0.01, "{validated:?}");
     assert!(paper.value < 0.9, "the published history has changed");
 }
 
-/// A plate that carries caster and lamp keeps its history.
+/// A plate that carries caster and light keeps its history.
 #[test]
-fn what_moves_together_keeps_its_history() {
+fn validated_history_quarters_the_variance_on_a_plate_that_carries_caster_and_light() {
     let (scene, count, seeds) = (committed("moving-receiver"), 12, 8);
     let [none, validated] = [&NONE, &VALIDATED].map(|history| {
         let runs: Vec<Vec<f64>> = (0..seeds)
@@ -167,9 +168,9 @@ fn what_moves_together_keeps_its_history() {
     assert!(none >= 4.0 * validated);
 }
 
-/// The first frame and the first one behind a cut equal OurBasic to the bit.
+/// The first frame and the first frame after a cut equal OurBasic to the bit.
 #[test]
-fn a_cut_equals_no_history() {
+fn caustic_history_is_unused_in_the_frame_after_a_cut() {
     let (scene, config) = (committed("camera-cut"), config(128, 72, 20_000));
     let none = animation(&scene, &config, &NONE, 14);
     for history in [&PAPER, &VALIDATED] {
@@ -177,13 +178,13 @@ fn a_cut_equals_no_history() {
         assert!(layers[0] == none[0] && layers[12] == none[12], "{}", history.name);
         assert!(
             layers[11] != none[11] && layers[13] != none[13],
-            "{}: there is a history elsewhere",
+            "{}: other frames have no history",
             history.name
         );
     }
 }
 
-/// Same seed: same bits, on one thread and on two.
+/// One thread and two give the same bits for the same seed.
 #[test]
 fn threads_change_no_bit_of_an_animation() {
     let (scene, config) = (committed("animated-light"), config(96, 54, 10_000));
@@ -199,7 +200,7 @@ mod long {
 
     #[test]
     #[ignore = "four animations: twenty seconds"]
-    fn what_moves_is_never_worse_than_without_history() {
+    fn validated_history_never_raises_flip_where_caster_light_or_receiver_move() {
         is_never_worse(&["moving-caster", "moving-receiver", "sliding-receiver", "animated-light"]);
     }
 }

@@ -1,5 +1,5 @@
-//! Tiles: an image that is rendered tile by tile is the image, to the bit where neither frames nor pixels depend on each other, and
-//! as an estimate elsewhere.
+//! A render tile by tile equals the whole image: to the bit where neither frames nor pixels depend on each other, and
+//! in expectation elsewhere.
 
 use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::rendered_image::RenderedImage;
@@ -45,7 +45,7 @@ fn frame(session: &mut Session, index: u32) -> RenderedImage {
 }
 
 #[test]
-fn a_picture_of_tiles_is_the_picture_to_the_bit() {
+fn tiled_image_equals_the_whole_image_to_the_bit() {
     let scene = load("mirror-room");
     for (method, sampler) in
         [(&BASIC, Sampler::Blue), (&PROGRESSIVE, Sampler::Sobol), (&PATH, Sampler::Independent)]
@@ -67,7 +67,7 @@ fn a_picture_of_tiles_is_the_picture_to_the_bit() {
             assert_eq!([0, 1].map(|index| frame(&mut tiled, index)), images, "{} {tiles}", method.name);
             assert_eq!(tiled.display(&images[1]).unwrap(), whole.display(&images[1]).unwrap());
 
-            // Each pixel is of one tile, each light path of all; their flux counts once.
+            // Each pixel belongs to one tile, each light path to all; their flux counts once.
             let [a, b] = [&mut whole, &mut tiled].map(|session| session.counters().unwrap());
             assert_eq!(a.get(Counter::CameraRays), b.get(Counter::CameraRays));
             assert_eq!(u64::from(tiles) * a.get(Counter::LightPaths), b.get(Counter::LightPaths));
@@ -77,7 +77,7 @@ fn a_picture_of_tiles_is_the_picture_to_the_bit() {
     }
 }
 
-/// Settings by which frames learn from those before them, and are reused by those after.
+/// Settings with which frames learn from those before them, and are reused by those after.
 fn learning(tiles: u32) -> RenderConfig {
     RenderConfig {
         light_paths: Paths::Auto,
@@ -90,7 +90,7 @@ fn learning(tiles: u32) -> RenderConfig {
 }
 
 #[test]
-fn tiles_learn_each_for_itself_and_go_on_from_where_they_were() {
+fn tiles_keep_states_of_their_own_and_continue_from_restored_ones() {
     let scene = load("mirror-room");
     let mut session = open(&scene, &learning(4), &BASIC);
     let first = [0, 1].map(|index| frame(&mut session, index));
@@ -101,18 +101,18 @@ fn tiles_learn_each_for_itself_and_go_on_from_where_they_were() {
     let mut resumed = open(&scene, &learning(4), &BASIC);
     resumed.restore(1, &state).unwrap();
     assert_eq!([2, 3].map(|index| frame(&mut resumed, index)), later);
-    // Without what was learnt these frames are others.
+    // Without the learnt state these frames differ.
     let mut fresh = open(&scene, &learning(4), &BASIC);
     assert_ne!(frame(&mut fresh, 2), later[0]);
     session.restart().unwrap();
     assert_eq!([0, 1].map(|index| frame(&mut session, index)), first);
 
-    // The state of another number of tiles is none of this session.
+    // The state of another number of tiles does not fit this session.
     let of_others = open(&scene, &learning(3), &BASIC).restore(1, &state);
     assert!(matches!(of_others, Err(SessionError::State { .. })));
 }
 
-/// Light of an image by its parts, each with its share of all pixels.
+/// Mean light over all pixels of the path layer and of the caustics.
 fn light(image: &RenderedImage) -> [f64; 2] {
     let mean = |light: &[Vec3]| {
         light.iter().map(|light| f64::from(light.element_sum())).sum::<f64>() / light.len() as f64
@@ -121,7 +121,7 @@ fn light(image: &RenderedImage) -> [f64; 2] {
 }
 
 #[test]
-fn tiles_that_learn_find_the_same_light() {
+fn tiles_with_adaptive_emission_keep_the_mean() {
     let scene = load("cornell-box");
     for method in [&BASIC, &YANG2021] {
         let [whole, tiled] = [1, 4].map(|tiles| {
@@ -134,14 +134,14 @@ fn tiles_that_learn_find_the_same_light() {
         });
         for (whole, tiled) in whole.iter().zip(&tiled) {
             assert!(whole.agrees(tiled, 4.0), "{}: {whole:?} {tiled:?}", method.name);
-            assert!(tiled.error < 0.06 * tiled.value, "{}: the test sees nothing: {tiled:?}", method.name);
+            assert!(tiled.error < 0.06 * tiled.value, "{}: the test is too noisy: {tiled:?}", method.name);
         }
     }
 }
 
-/// At the edge of a tile a pixel has fewer neighbours to ask.
+/// At the edge of a tile a pixel has fewer neighbours to search.
 #[test]
-fn splats_are_the_same_but_for_the_edges_of_tiles() {
+fn splatted_light_of_tiles_is_within_1_percent_of_the_whole_image() {
     let scene = load("cornell-box");
     let [whole, tiled] = [1, 4].map(|tiles| light(&frame(&mut open(&scene, &config(tiles), &KIM2019), 0)));
     assert!(whole[1] > 0.0 && whole[0] == tiled[0], "{whole:?} {tiled:?}");
@@ -149,7 +149,7 @@ fn splats_are_the_same_but_for_the_edges_of_tiles() {
 }
 
 #[test]
-fn nobody_looks_into_a_frame_of_tiles() {
+fn inspection_of_a_tiled_frame_is_refused() {
     let scene = load("mirror-room");
     let mut session = open(&scene, &config(2), &BASIC);
     session.frame(0).unwrap();

@@ -1,4 +1,4 @@
-//! Discs that are wider where photons were few: how wide, and what it buys.
+//! Discs that widen where photons were few: their radius, and their gain.
 
 use caustics::render_config::{Paths, Radius, RenderConfig};
 use caustics::rendered_image::RenderedImage;
@@ -42,15 +42,15 @@ fn open(scene: &Scene, config: &RenderConfig, gather: &'static Variant) -> Sessi
     .expect("a session opens")
 }
 
-/// The image of this frame, after those before it.
+/// Image of a frame; the frames before it are rendered too.
 fn image(session: &mut Session, frame: u32) -> RenderedImage {
     (0..=frame).for_each(|frame| drop(session.frame(frame).expect("a frame runs")));
     session.image().expect("an image")
 }
 
-/// Each disc is as wide as what those around took in the frame before says, by a sum in f64.
+/// The radius of each disc follows from the photons that the discs around took in the last frame, by a sum in f64.
 #[test]
-fn discs_are_as_wide_as_deposits_were_few() {
+fn widened_radius_follows_the_photon_counts_of_the_last_frame() {
     let scene = committed("cornell-box");
     let mut session = open(&scene, &config(3000, 1), &PHOTONS_GRID);
     let mut plain = open(&scene, &RenderConfig { radius: Radius::Px(1.0), ..config(3000, 1) }, &PHOTONS_GRID);
@@ -73,7 +73,7 @@ fn discs_are_as_wide_as_deposits_were_few() {
                 let count = words[pixel * WORDS as usize + WORDS as usize - 1];
                 f64::from(count) / f64::from(scale[*pixel]).powi(2)
             };
-            // Where there is no disc, nothing is missing.
+            // Pixels without a disc do not count.
             let discs: Vec<f64> =
                 around(pixel, 2, SIZE).iter().filter(|pixel| before[**pixel] > 0.0).map(taken).collect();
             let mean = discs.iter().sum::<f64>() / discs.len() as f64;
@@ -93,9 +93,9 @@ fn discs_are_as_wide_as_deposits_were_few() {
     assert!(narrow > 100 && between > 1000 && wide > 1000);
 }
 
-/// What goes by the radius of the settings, a denoiser's planes and what a history reuses, knows nothing of wider discs.
+/// The denoiser's planes and a history's reuse go by the radius of the settings, and ignore wider discs.
 #[test]
-fn discs_that_widen_change_nothing_else() {
+fn widened_discs_change_neither_denoiser_nor_history() {
     let scene = committed("cornell-box");
     let run = |radius| {
         let config = RenderConfig { radius, denoiser: &ATROUS, history: &VALIDATED, ..config(3000, 1) };
@@ -106,17 +106,17 @@ fn discs_that_widen_change_nothing_else() {
         (found.path, samples, found.radius)
     };
     let (plain, wide) = (run(Radius::Px(1.0)), run(Radius::Auto));
-    assert!(plain.0 == wide.0, "what is smoothed");
+    assert!(plain.0 == wide.0, "the denoised light differs");
     assert!(
         plain.1 == wide.1 && wide.1.iter().filter(|samples| **samples > 3.0).count() > 1000,
-        "what is reused"
+        "the reused light differs"
     );
     assert!(wide.2.iter().sum::<f32>() > 1.5 * plain.2.iter().sum::<f32>());
 }
 
-/// Of few paths, less error than by either radius; as much light; by every gather alike.
+/// With few light paths the error is below that of either radius, the light is the same, and every gather agrees.
 #[test]
-fn of_few_paths_discs_that_widen_have_the_least_error() {
+fn widened_discs_have_less_error_than_fixed_radii_at_4096_light_paths() {
     let scene = committed("mirror-room");
     let fine = RenderConfig { radius: Radius::Px(0.5), ..config(1 << 19, 1000) };
     let mut session = open(&scene, &fine, &PHOTONS_GRID);
@@ -151,7 +151,7 @@ fn of_few_paths_discs_that_widen_have_the_least_error() {
         [Radius::Px(1.0), Radius::Px(WIDEST), Radius::Auto].map(|radius| error_and_light(radius, few, 32));
     println!("error and light: narrow {narrow:.4?}, wide {wide:.4?}, by photons {auto:.4?}");
     assert!(auto.0 < 0.95 * narrow.0.min(wide.0));
-    // Wide discs take light beside narrow ones, which give none back: less and less, the more paths there are.
+    // Wide discs take light beside narrow ones, which give none back. The effect falls with the number of paths.
     let many = 1 << 17;
     let [narrow_many, auto_many] =
         [Radius::Px(1.0), Radius::Auto].map(|radius| error_and_light(radius, many, 2));

@@ -1,5 +1,5 @@
-//! Adaptive anisotropic photon scattering: its energy, its error beside OurBasic's, what it does not show, its
-//! differentials, and its density map.
+//! Adaptive anisotropic photon scattering: its energy, its error beside OurBasic's, its limits, its differentials, and
+//! its density map.
 
 use caustics::counters::Counters;
 use caustics::render_config::{Paths, RenderConfig};
@@ -83,8 +83,8 @@ fn reference(scene: &Scene, config: &RenderConfig, frames: u32) -> RenderedImage
     mean
 }
 
-/// The energy of a whole caustic, seen directly, is that of the reference, with the map that every frame has: uniform at
-/// first, adapted later. 2 % is what is asked for.
+/// The energy of a whole caustic, seen directly, is the reference's with the map of every frame: uniform at first,
+/// adapted later. 2 % is the bound.
 fn conserves_energy(
     scene: &Scene,
     width: u32,
@@ -97,7 +97,7 @@ fn conserves_energy(
         render(scene, &config(width, height, reference_paths, 77), &PROGRESSIVE, reference_frames);
     let reference: Vec<f64> = reference.iter().map(|(image, _)| directly_seen(image)).collect();
     let reference = Mean::from_samples(&reference);
-    assert!(reference.error < 0.005 * reference.value, "the test has lost its sharpness: {reference:?}");
+    assert!(reference.error < 0.005 * reference.value, "the standard error is too large: {reference:?}");
     let (mut first, mut later) = (Vec::new(), Vec::new());
     for seed in 0..4 {
         let frames = render(scene, &config(width, height, paths, seed), &YANG2021, 8);
@@ -109,20 +109,20 @@ fn conserves_energy(
     }
     let (first, later) = (Mean::from_samples(&first), Mean::from_samples(&later));
     println!("reference {reference:?}, first {first:?}, later {later:?}");
-    // Four frames of one seed may have a noise of 1.5 %, four seeds have half of that.
-    assert!(later.error < 0.01, "the test has lost its sharpness: {later:?}");
+    // Four frames of one seed may have a noise of 1.5 %; four seeds have half of that.
+    assert!(later.error < 0.01, "the standard error is too large: {later:?}");
     assert!((later.value - 1.0).abs() < 0.02, "{later:?} of the reference");
     assert!((first.value - 1.0).abs() < 0.02 + 3.0 * first.error, "{first:?}");
 }
 
 #[test]
-fn energy_behind_a_lens_is_the_truths() {
+fn yang_conserves_the_energy_behind_a_lens_to_2_percent() {
     conserves_energy(&ball(), 320, 180, 65_536, 262_144, 8);
 }
 
 /// FLIP of the caustics, in place, frame by frame against the reference.
 #[test]
-fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
+fn yang_frame_has_at_most_the_flip_of_our_basic() {
     let scene = ball();
     let reference = reference(&scene, &config(240, 135, 262_144, 99), 48);
     let measured_reference = MeasuredImage::new(&reference, &reference);
@@ -141,13 +141,13 @@ fn a_frame_is_no_further_from_the_truth_than_ourbasics() {
     };
     let (basic, yang) = (flip(&BASIC), flip(&YANG2021));
     println!("FLIP of the caustics: basic {basic:?}, yang2021 {yang:?}");
-    assert!(basic.value > 0.005, "the test has lost its subject");
+    assert!(basic.value > 0.005, "the test has nothing to check");
     assert!(yang.value <= basic.value);
 }
 
-/// Receivers are primary surfaces: what a perfect mirror shows stays dark, though OurBasic finds caustics there.
+/// Receivers are primary surfaces: a perfect mirror shows no caustic, although OurBasic finds caustics there.
 #[test]
-fn a_perfect_mirror_shows_no_caustic() {
+fn yang_shows_no_caustic_in_a_perfect_mirror() {
     let scene = committed("mirror-room");
     let mirrored = |method| {
         let frames = render(&scene, &config(160, 90, 100_000, 1), method, 3);
@@ -157,23 +157,23 @@ fn a_perfect_mirror_shows_no_caustic() {
         (values.len(), values.iter().sum::<f64>())
     };
     let (pixels, light) = mirrored(&BASIC);
-    assert!(pixels > 2000 && light > 1.0, "the test has lost its subject: {pixels} pixels, {light}");
+    assert!(pixels > 2000 && light > 1.0, "the test has nothing to check: {pixels} pixels, {light}");
     assert_eq!(mirrored(&YANG2021), (pixels, 0.0));
 }
 
-/// Photons per light path grow as the map adapts, by more than ten times where a hundredth of the lamp's light meets the
-/// ring. That the mean stays is what the tests of energy say of both maps.
+/// Photons per light path grow more than tenfold as the map adapts, where a hundredth of the light's flux meets the
+/// ring. The tests of energy check the mean with both maps.
 #[test]
-fn light_paths_learn_where_the_casters_are() {
+fn yang_stores_10_times_the_photons_by_the_eighth_frame() {
     let frames = render(&committed("ring"), &config(240, 135, 65_536, 3), &YANG2021, 8);
     let photons: Vec<u64> = frames.iter().map(|(_, counters)| counters.get(Counter::Photons)).collect();
     println!("photons a frame: {photons:?}");
-    assert!(photons[0] > 100, "the test has lost its subject");
+    assert!(photons[0] > 100, "the test has nothing to check");
     assert!(photons[7] > 10 * photons[0], "{photons:?}");
 }
 
 #[test]
-fn threads_change_no_bit() {
+fn threads_change_no_bit_of_yang() {
     let scene = ball();
     let result = |threads| {
         let mut session = open(&scene, &config(96, 64, 20_000, 9), &YANG2021, threads);
@@ -187,7 +187,7 @@ fn threads_change_no_bit() {
     assert!(one == two, "sums or maps differ");
 }
 
-/// Three frames on a GPU, by every tracer it has, are the CPU's, map and all; a frame of another seed is not.
+/// Three frames on a GPU, by every tracer, match the CPU's, map included; a frame of another seed does not.
 #[test]
 fn a_gpu_spreads_as_the_cpu_does() {
     let Some(gpu) = watched_gpu() else { return };
@@ -214,14 +214,14 @@ fn a_gpu_spreads_as_the_cpu_does() {
         let got = frames(&gpu.choice(hardware), 4);
         let differences = (difference(&want.0, &got.0), difference(&want.1, &got.1));
         println!("ray queries {hardware}: caustics and maps differ by {differences:?}");
-        // 0.2 % of the paths may part, on curved mirrors by an ulp, and a pixel at an ellipse's rim.
+        // 0.2 % of the paths may diverge, on curved mirrors by an ulp, and a pixel at an ellipse's rim.
         assert!(differences.0 < 0.01 && differences.1 < 0.002, "{differences:?}");
     }
 }
 
-/// A session that takes over the map goes on as the one that left it.
+/// A session with a restored map continues like the one that left it.
 #[test]
-fn a_map_that_is_restored_goes_on() {
+fn restored_density_map_continues_to_the_same_bits() {
     let scene = ball();
     let config = config(96, 64, 20_000, 9);
     let mut whole = open(&scene, &config, &YANG2021, 0);
@@ -237,7 +237,7 @@ fn a_map_that_is_restored_goes_on() {
 
 /// A plane mirror keeps a photon's area: it is that of the unfolded path, d^2 times the solid angle.
 #[test]
-fn a_plane_mirror_keeps_differentials() {
+fn plane_mirror_keeps_ray_differentials() {
     let direction = Vec3::new(0.6, -0.8, 0.0);
     let start = Differential::at_light(direction, 1.0e-4, 0.0);
     let normals = NormalDerivatives { normal: Vec3::Y, ..NormalDerivatives::default() };
@@ -256,7 +256,7 @@ fn a_plane_mirror_keeps_differentials() {
 
 /// Behind a plane of glass met along the normal, light seems to come from n times as far: (h + h' / n) in both directions.
 #[test]
-fn a_plane_of_glass_moves_the_source_away() {
+fn plane_of_glass_moves_the_source_n_times_as_far() {
     let (n, above, below) = (1.5, 2.0, 1.2);
     let normals = NormalDerivatives { normal: Vec3::Y, ..NormalDerivatives::default() };
     let end = Differential::at_light(Vec3::NEG_Y, 1.0e-6, 0.0)
@@ -267,9 +267,9 @@ fn a_plane_of_glass_moves_the_source_away() {
     assert!((end.area() / expected - 1.0).abs() < 1e-5, "{}", end.area());
 }
 
-/// O6: parallel light on the parabola y = (x^2 + z^2) / 4 f meets in the focus: the area is zero there, and only there.
+/// O6: parallel light on the parabola y = (x^2 + z^2) / 4 f meets in the focus: the area is zero only there.
 #[test]
-fn the_area_vanishes_in_a_parabolas_focus() {
+fn photon_area_vanishes_in_the_focus_of_a_parabola() {
     let focal = 0.7_f32;
     for x in [0.0_f32, 0.4, 1.1] {
         let position = Vec3::new(x, x * x / (4.0 * focal), 0.0);
@@ -295,7 +295,7 @@ fn the_area_vanishes_in_a_parabolas_focus() {
 
 /// Differentials through a ball of glass are the differences of neighbouring paths, traced exactly in f64.
 #[test]
-fn differentials_are_differences_of_neighbours_through_a_ball() {
+fn ray_differentials_match_neighbouring_paths_through_a_ball() {
     let n = 1.5_f64;
     let refract = |d: DVec3, normal: DVec3, eta: f64| {
         let cos = -d.dot(normal);
@@ -333,7 +333,7 @@ fn differentials_are_differences_of_neighbours_through_a_ball() {
             let (ahead, behind) =
                 (path((direction + turn).normalize()), path((direction - turn).normalize()));
             let want = (ahead.4 - behind.4) / (2.0 * step);
-            // Central differences are off by step^2; the rest is what f32 rounds in seven products.
+            // Central differences are off by step^2; the rest is f32 rounding in seven products.
             assert!((got.as_dvec3() - want).length() < 1e-4 * want.length() + 1e-4, "{got} {want}");
         }
     }
@@ -341,7 +341,7 @@ fn differentials_are_differences_of_neighbours_through_a_ball() {
 
 /// The normal's change along a face is the difference of the interpolated normals.
 #[test]
-fn normals_turn_as_they_are_interpolated() {
+fn normal_differentials_match_differences_of_interpolated_normals() {
     let scene = ball();
     let world = World::new(&scene, &config(8, 8, 1, 0));
     let ray = Ray::endless(Vec3::new(0.05, 3.0, 0.03), Vec3::new(0.02, -1.0, 0.04).normalize());
@@ -361,7 +361,7 @@ fn normals_turn_as_they_are_interpolated() {
         assert_eq!(back, -got);
         // Unit normals carry an ulp of 1: 6e-8 each, against changes of 1e-4.
         assert!((got - want).length() < 3e-7, "{got} {want}");
-        assert!(want.length() > 1e-4, "the test has lost its subject");
+        assert!(want.length() > 1e-4, "the test has nothing to check");
     }
 }
 
@@ -370,15 +370,16 @@ mod long {
 
     #[test]
     #[ignore = "ten million light paths: ten seconds and more"]
-    fn energy_in_the_ring_is_the_truths() {
+    fn yang_conserves_the_energy_in_a_ring_to_2_percent() {
         conserves_energy(&committed("ring"), 480, 270, 131_072, 1 << 20, 12);
     }
 
-    /// Several lamps, each with a map of its own: a spot and a directional light. Few of their paths meet a caster, so that a
-    /// frame of the reference has a noise of 2.5 %, and more with a bright path through the coarse ball: 48 frames leave 0.4 %.
+    /// Several lights with a map each: a spot and a directional light. Few of their paths meet a caster, so that a
+    /// frame of the reference has a noise of 2.5 %. A bright path through the coarse ball adds more; 48 frames leave
+    /// 0.4 %.
     #[test]
     #[ignore = "ten million light paths: ten seconds and more"]
-    fn energy_of_several_lamps_is_the_truths() {
+    fn yang_conserves_the_energy_of_several_lights_to_2_percent() {
         conserves_energy(&open_air().build(), 320, 180, 262_144, 262_144, 48);
     }
 }

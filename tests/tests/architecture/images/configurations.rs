@@ -1,6 +1,6 @@
-//! Run configurations that images are compared in: every value of every parameter once, beside the values that a method has by
-//! default, and beside those of a configuration in which everything is on. Parameters and values come from the lists of the
-//! program.
+//! Run configurations of the compared images: every value of every parameter once, beside a method's defaults, and
+//! beside a configuration with everything on.
+//! Parameters and values come from the program's lists.
 
 use std::collections::BTreeSet;
 
@@ -35,13 +35,13 @@ impl Configuration {
         Configuration { name, run: RunConfig { config, ..run } }
     }
 
-    /// The configuration with another value of a parameter, under a name that says so.
+    /// Returns the configuration with another value of a parameter, under a name that tells it.
     fn with(&self, what: &str, config: RenderConfig) -> Configuration {
         Configuration { name: format!("{} {what}", self.name), run: RunConfig { config, ..self.run.clone() } }
     }
 }
 
-/// The values of a parameter that images are compared in.
+/// Values of a parameter to compare images in.
 fn values(parameter: &'static Parameter) -> Vec<String> {
     let texts = |values: &[&str]| values.iter().map(|value| value.to_string()).collect();
     match parameter.values {
@@ -57,7 +57,7 @@ fn values(parameter: &'static Parameter) -> Vec<String> {
         Values::Numbers(_) if *parameter == RADIUS_PX => texts(&["1", "2.5", AUTO]),
         Values::Numbers(_) if *parameter == MAX_BOUNCES => texts(&["5", "1", "2", "9"]),
         Values::Numbers(_) => {
-            panic!("{parameter:?} is new: choose numbers of it that images are compared in")
+            panic!("{parameter:?} is new: choose numbers of it to compare images in")
         }
     }
 }
@@ -66,14 +66,14 @@ fn set(run: &mut RunConfig, parameter: &'static Parameter, value: &str) {
     parameter.set(run, value).unwrap_or_else(|error| panic!("{parameter:?} {value}: {error}"));
 }
 
-/// A method's defaults.
+/// Defaults of a method.
 fn plain(method: &'static Method) -> Configuration {
     let mut run = RunConfig::new(method);
     set(&mut run, &PATHS_PER_PIXEL, "p2");
     Configuration::new(method.name.into(), run.effective())
 }
 
-/// The last value of every parameter: in lists, what does most stands last.
+/// The last value of every parameter: lists end with the value that does most.
 fn full(method: &'static Method) -> Configuration {
     let mut run = RunConfig::new(method);
     for parameter in PARAMETERS.into_iter().filter(|parameter| ![&METHOD, &MAX_BOUNCES].contains(parameter)) {
@@ -88,7 +88,7 @@ fn full(method: &'static Method) -> Configuration {
     Configuration::new(format!("{} full", method.name), run)
 }
 
-/// The configuration with every other value of every parameter, one at a time.
+/// Variations of a configuration by every other value of every parameter, one at a time.
 fn one_at_a_time(base: &Configuration) -> Vec<Configuration> {
     let mut found = Vec::new();
     let mut keys = BTreeSet::from([base.run.key()]);
@@ -97,7 +97,7 @@ fn one_at_a_time(base: &Configuration) -> Vec<Configuration> {
             let mut run = base.run.clone();
             set(&mut run, parameter, &value);
             let run = run.effective();
-            // What has no effect in the method makes no other image.
+            // Skip values without an effect in the method.
             if keys.insert(run.key()) {
                 found.push(Configuration { name: format!("{} {}={value}", base.name, parameter.key), run });
             }
@@ -158,7 +158,7 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
     found
 }
 
-/// Every method as it is by default, and with everything on.
+/// Every method with its defaults, and with everything on.
 pub fn for_methods() -> Vec<Configuration> {
     method::ALL.iter().flat_map(|&method| [plain(method), full(method)]).collect()
 }
@@ -178,7 +178,7 @@ pub fn all() -> Vec<Configuration> {
 }
 
 #[test]
-fn every_value_of_every_parameter_makes_an_image_in_every_method_that_looks_at_it() {
+fn every_parameter_value_has_an_image_in_every_method_that_it_affects() {
     let all = all();
     for &method in method::ALL {
         let of_method: Vec<_> = all.iter().filter(|found| found.run.config.method == method).collect();
@@ -196,12 +196,12 @@ fn every_value_of_every_parameter_makes_an_image_in_every_method_that_looks_at_i
     for gather in variant::ALL.iter().filter(|gather| !gather.hardware) {
         assert!(all.iter().any(|found| found.run.config.gather == Some(gather)), "{}", gather.name);
     }
-    // Only where images are rendered is left out.
+    // Only the runner is left out.
     for parameter in PARAMETERS.into_iter().filter(|parameter| values(parameter).is_empty()) {
         assert_eq!(*parameter, RUNNER);
     }
     let mut names: Vec<_> = all.iter().map(|found| &found.name).collect();
     names.sort();
     names.dedup();
-    assert_eq!(names.len(), all.len(), "names tell images apart");
+    assert_eq!(names.len(), all.len(), "two images have one name");
 }

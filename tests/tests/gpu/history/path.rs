@@ -1,4 +1,4 @@
-//! The passes that keep path-traced light: before each both runners hold the same, after it what it wrote is compared.
+//! Passes of the path history: both runners hold equal inputs before each pass, and its outputs are compared.
 
 use caustics_kernels::declare::Step;
 use caustics_kernels::history::NONE;
@@ -13,10 +13,11 @@ const PATHS: &str = "0.5 % of the paths may diverge, as in the parity test of ca
 const FLIPS: &str =
     "the nearest history point may be another one of two that are as near, or one on the bound";
 
-/// Frames before the one that is compared: enough that light which did not change knows its variance.
+/// Frames before the compared one: enough that unchanged light knows its variance.
 const FRAMES_BEFORE: u32 = 6;
 
-/// Compares a frame of an animation, pass by pass. What is named is zero in all of this scene's pixels, nothing else is.
+/// Compares a frame of an animation, pass by pass. The named buffers are zero in all pixels of this scene, the others
+/// are not.
 pub fn steps_agree(animation: &mut Animation, zero: &[&str]) {
     animation.keeps_path = true;
     animation.restart(&NONE);
@@ -42,7 +43,7 @@ pub fn steps_agree(animation: &mut Animation, zero: &[&str]) {
     table.finish();
 }
 
-/// Runs a step: on both if it is of this history, else on the CPU.
+/// Runs a step: on both runners if it belongs to this history, else on the CPU.
 fn one(animation: &mut Animation, params: &FrameParams, step: Step, zero: &[&str], table: &mut Table) {
     let runners = &mut animation.runners;
     let pass = match step {

@@ -1,4 +1,4 @@
-//! Frames that each runner renders on what it remembers itself.
+//! Frames that each runner renders from its own history.
 
 use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
@@ -10,17 +10,17 @@ use caustics_tests::table::Table;
 
 use super::{Animation, RATE};
 
-/// Frames of a sequence.
+/// Number of frames of a sequence.
 const FRAMES: u32 = 5;
 
-/// The last frame's caustics, by the CPU and by the GPU.
+/// Caustics of the last frame, by the CPU and by the GPU.
 pub struct Compared {
     pub table: Table,
     /// Means of a channel over the image (W m^-2 sr^-1).
     pub means: [f64; 2],
 }
 
-/// Renders on both; until the last frame the GPU's seed is larger by `other`.
+/// Renders on both runners; until the last frame the GPU's seed is larger by `other`.
 pub fn run(animation: &mut Animation, other: u32, title: &str) -> Compared {
     for frame in 0..FRAMES {
         let params = animation.pose(frame);

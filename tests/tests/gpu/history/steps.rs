@@ -1,4 +1,4 @@
-//! The steps of a history: before each both runners hold the same, after it what it wrote is compared.
+//! Steps of a history: both runners hold equal inputs before each step, and its outputs are compared.
 
 use std::collections::BTreeSet;
 
@@ -25,10 +25,10 @@ use super::Animation;
 const RULE: &str = "the parity rule: a pass amplifies ulps, but not beyond 1e-4";
 const NEAR: Tolerance = Tolerance::relative(1.0e-4, 1.0, RULE);
 const PATHS: &str = "the parity rule: 0.2 % of the paths may diverge";
-/// Fluxes of whole paths, as in the parity test of light paths.
+/// Tolerance of the fluxes of whole paths, as in the parity test of light paths.
 const FLUX: Tolerance = Tolerance::relative(1.0e-3, 0.0, "grazing cosines amplify ulps along a path");
 
-/// Runs a step: on both if it is the history's, else on the CPU.
+/// Runs a step: on both runners if it belongs to the history, else on the CPU.
 pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &mut Table) {
     let history = |pass: &Pass| pass.work == Work::Reuse || *pass == RESOLVE_HISTORY;
     let pass = match step {
@@ -62,7 +62,7 @@ pub fn one(animation: &mut Animation, params: &FrameParams, step: Step, table: &
     }
 }
 
-/// Validation paths, photon by photon, and the marks that they make.
+/// Compares validation paths, photon by photon, and the marks that they make.
 fn validate(runners: &mut RunnerPair, paths: LightPathContext<'_>, table: &mut Table) {
     let (cpu, gpu) = runners.records::<ValidationPhoton>("validation_photons");
     let stored = cpu.iter().filter(|photon| photon.flux > 0.0).count();
@@ -84,7 +84,7 @@ fn validate(runners: &mut RunnerPair, paths: LightPathContext<'_>, table: &mut T
     table.add("validate", cells(runners));
 }
 
-/// Sums over the marks of all cells: how far they are apart in all, relative to what they are sums of.
+/// Compares the sums over the marks of all cells, relative to the sums of the compared quantities.
 fn cells(runners: &mut RunnerPair) -> Vec<Difference> {
     let (cpu, gpu) = runners.records::<u32>("validation_cells");
     let cells = |words: &[u32]| words.chunks_exact(WORDS as usize).map(Cell::new).collect::<Vec<_>>();
@@ -93,11 +93,11 @@ fn cells(runners: &mut RunnerPair) -> Vec<Difference> {
     let (marks, light) = (total(|cell| cell.marks), total(|cell| cell.before));
     assert!(marks > 0 && light > 0, "no marks");
     let paths = "0.2 % of the paths may diverge, or mark across a cell's face";
-    // 1e-6 of a room of 4 m, over a radius of a centimetre, is a tenth of a unit: so many marks round otherwise.
+    // 1e-6 of a room of 4 m over a radius of a centimetre is a tenth of a unit: one mark in ten rounds otherwise.
     let moved = total(|cell| cell.moved);
     let rounded = 2.0e-3 + 0.1 * marks as f64 / moved.max(1) as f64;
     let rounds = "0.2 % of the paths may diverge, and a mark in ten may round to the next unit";
-    // A path that diverges changes by all of its light, which is that of a mark in the mean.
+    // A path that diverges changes by all of its light: on average, the light of a mark.
     let squares = (light as f64 / marks as f64 * light as f64) as usize;
     type Quantity = fn(&Cell) -> i64;
     let sums: [(&str, Quantity, usize, f64, &'static str); 6] = [
@@ -116,7 +116,7 @@ fn cells(runners: &mut RunnerPair) -> Vec<Difference> {
     sums.into_iter().map(compare).collect()
 }
 
-/// The sums of a cell, in quanta.
+/// Sums of a cell, in quanta.
 struct Cell {
     marks: i64,
     moved: i64,
@@ -134,7 +134,7 @@ impl Cell {
     }
 }
 
-/// Whether two versions of a path differ as the comparison forbids.
+/// Whether two versions of a path differ by more than the comparison allows.
 fn diverges(a: &[Photon], b: &[Photon]) -> bool {
     let validation_photons = |photons: &[Photon]| -> Vec<ValidationPhoton> {
         let records = photons.iter().take(VALIDATION_PHOTONS as usize);
@@ -152,7 +152,7 @@ fn diverges(a: &[Photon], b: &[Photon]) -> bool {
         || records(&a, &b, Tolerance::EXACT, tolerance).iter().any(|difference| difference.exceeding > 0)
 }
 
-/// Light of the previous frame that is reused.
+/// Compares light of the previous frame that is reused.
 fn reprojected(runners: &mut RunnerPair) -> Vec<Difference> {
     let (cpu, gpu) = runners.records::<Reprojected>("reprojected");
     let (points, _) = runners.records::<PointGeometry>("point_geometry");
@@ -176,7 +176,7 @@ fn reprojected(runners: &mut RunnerPair) -> Vec<Difference> {
     fields.into_iter().chain([pixels]).collect()
 }
 
-/// The image, and what it leaves to the next frame.
+/// Compares the image, and the history that it leaves to the next frame.
 fn remembered(runners: &mut RunnerPair) -> Vec<Difference> {
     let mut found = vec![];
     for buffer in ["caustic_radiance", "history_mean"] {
@@ -189,7 +189,7 @@ fn remembered(runners: &mut RunnerPair) -> Vec<Difference> {
     found
 }
 
-/// Points as the next frame finds them.
+/// Compares history points as the next frame finds them.
 pub fn points(runners: &mut RunnerPair, buffer: &str) -> Vec<Difference> {
     let (cpu, gpu) = runners.records::<HistoryPoint>(buffer);
     let mut found = vec![];
@@ -212,7 +212,7 @@ pub fn points(runners: &mut RunnerPair, buffer: &str) -> Vec<Difference> {
     found
 }
 
-/// `exceeding` of `count` exceed.
+/// Returns a difference in which `exceeding` of `count` elements exceed.
 fn all(name: &str, count: usize, exceeding: usize, share: f64, reason: &'static str) -> Difference {
     let tolerance = Tolerance::EXACT.except(share, reason);
     Difference {

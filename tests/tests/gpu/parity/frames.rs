@@ -22,10 +22,10 @@ use glam::Vec3;
 
 use super::config;
 
-/// Frames of a mean.
+/// Number of frames of a mean.
 const FRAMES: u32 = 4;
 
-/// Means of the caustics and of all else over an image, frame by frame.
+/// Means of the caustics and of all other light over an image, frame by frame.
 fn means(choice: &RunnerChoice, scene: &Scene, features: Features, variant: &'static Variant) -> [Mean; 2] {
     let config = RenderConfig { width: 80, height: 45, light_paths: Paths::Count(32_768), ..config() };
     let mut session = Session::new(
@@ -68,8 +68,8 @@ fn image_means_agree_under_every_kind_of_light() {
     ]);
 }
 
-/// By one gather a tracer: the others give the same bits, as `gathers_on_the_gpu_equal_each_other` and
-/// `every_gather_on_the_gpu_finds_what_brute_force_finds` say. All scenes by the same kernels, which are compiled once.
+/// Compares by one gather per tracer: the others give the same bits, by `gathers_on_the_gpu_equal_each_other` and
+/// `every_gather_on_the_gpu_matches_brute_force_to_the_bit`. All scenes use the same kernels, which are compiled once.
 fn image_means_agree(scenes: &[(&str, Scene)]) {
     let Some(gpu) = gpu() else { return };
     let features = needs(scenes.iter().map(|(_, scene)| scene), &config());
@@ -90,9 +90,9 @@ fn image_means_agree(scenes: &[(&str, Scene)]) {
     }
 }
 
-/// The reference traces whole paths, 0.2 % of which may diverge; the others bring the same light.
+/// The reference traces whole paths, 0.2 % of which may diverge.
 #[test]
-fn references_agree() {
+fn reference_agrees_but_for_0_2_percent_of_the_paths() {
     let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
         let scene = load("glossy-room");
@@ -134,7 +134,7 @@ fn gathers_on_the_gpu_equal_each_other() {
         assert!(brute.chunks(WORDS as usize).map(|point| point[6]).sum::<u32>() > 2000);
         let others = variant::ALL.iter().filter(|variant| variant.name != "brute");
         for variant in others.filter(|variant| hardware || !variant.hardware) {
-            // One device decides a pair in every gather by the same numbers, so not even pairs on the bound differ.
+            // One device decides a pair by the same numbers in every gather, so that even pairs at the bound agree.
             let found = sums(variant);
             table.add(variant.name, [words("accumulator", WORDS as usize, &brute, &found, Tolerance::EXACT)]);
         }
@@ -205,14 +205,14 @@ fn detects_one_perturbed_input() {
     assert!(!difference.passes() && difference.indices.contains(&617));
 }
 
-/// A device renders the same bits tile by tile, in buffers of a tile.
+/// A device renders the same bits tile by tile, in buffers of the size of a tile.
 #[test]
-fn tiles_are_the_picture_on_a_device() {
+fn tiled_image_equals_the_whole_image_to_the_bit_on_a_device() {
     let Some(gpu) = gpu() else { return };
     let scene = load("mirror-room");
     let [whole, tiled] = [1, 3].map(|tiles| {
         let config = RenderConfig { width: 64, height: 40, tiles: Some(tiles), auxiliary: true, ..config() };
-        // Those of other tests, which are compiled already.
+        // Take the features of other tests, whose kernels are compiled already.
         let features = needs([&scene], &config);
         let choice = gpu.choice(false);
         let camera = &scene.cameras[0];

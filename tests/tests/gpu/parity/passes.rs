@@ -1,4 +1,5 @@
-//! Every pass on the CPU's inputs: before each step both runners hold the same, after it every buffer is compared.
+//! Every pass on the CPU's inputs: both runners hold equal inputs before each step, and every buffer is compared after
+//! it.
 
 use caustics::scene::Scene;
 use caustics_kernels::declare::{Emission, Step, Work};
@@ -23,13 +24,13 @@ use glam::Vec3;
 
 use super::paths;
 
-/// Contract 8: floats of a pass over equal inputs.
+/// Tolerance of the floats of a pass over equal inputs.
 pub const NEAR: Tolerance =
     Tolerance::relative(1.0e-4, 1.0, "the parity rule: a pass amplifies ulps, but not beyond 1e-4");
 
-/// A frame of `photons-grid` step by step, then the other gathers over the same points and photons.
+/// Compares a frame of `photons-grid` step by step, then the other gathers over the same points and photons.
 pub fn all(runners: &mut RunnerPair, scene: &Scene, hardware: bool, table: &mut Table) {
-    // Two frames, the second of which knows of the first.
+    // Run two frames, the second of which knows the first.
     let first = runners.params;
     for index in 0..2 {
         runners.params = FrameParams { frame: first.frame + index, moved: 1 - index, ..first };
@@ -41,7 +42,7 @@ pub fn all(runners: &mut RunnerPair, scene: &Scene, hardware: bool, table: &mut 
     }
     let (balance, _) = runners.records::<Balance>("balance");
     assert!(balance[0].path_variance > 0.0 && balance[0].caustic_variance > 0.0, "{balance:?}");
-    // Brute force is compared with the others on each device, over fewer pairs (`frames`).
+    // Skip brute force: `frames` compares it with the others on each device, over fewer pairs.
     for variant in variant::ALL.iter().filter(|variant| !variant.hardware && **variant != BRUTE) {
         gathers(runners, variant, table);
     }
@@ -51,8 +52,8 @@ pub fn all(runners: &mut RunnerPair, scene: &Scene, hardware: bool, table: &mut 
     emissions(runners, scene, table);
 }
 
-/// A frame of `photons-grid` step by step and no more, for what decides where paths go: `all` in another scene runs the other
-/// passes, which a software driver compiles for minutes.
+/// Compares a frame of `photons-grid` step by step, for passes that decide where paths go. `all` runs the other passes
+/// in another scene, because a software driver compiles them for minutes.
 pub fn frame(runners: &mut RunnerPair, scene: &Scene, emission: &'static Emission, table: &mut Table) {
     let parts = Parts { emission, ..Parts::from(&PHOTONS_GRID) };
     for step in basic::steps(parts, &runners.params) {
@@ -60,7 +61,8 @@ pub fn frame(runners: &mut RunnerPair, scene: &Scene, emission: &'static Emissio
     }
 }
 
-/// The light paths of the other emissions over the same points. Behind the gathers: these leave a hundred times as many pairs.
+/// Compares the light paths of the other emissions over the same points. Runs after the gathers, because these
+/// emissions leave a hundred times as many pairs.
 fn emissions(runners: &mut RunnerPair, scene: &Scene, table: &mut Table) {
     assert!(runners.params.casters.count > 0);
     for &emission in emission::ALL.iter().filter(|emission| **emission != &POWER) {
@@ -71,7 +73,7 @@ fn emissions(runners: &mut RunnerPair, scene: &Scene, table: &mut Table) {
         };
         let steps = basic::steps(parts, &runners.params).into_iter();
         let steps = steps.filter(|step| work(step) != Some(Work::Camera));
-        // Its pilot is gathered, and learnt from.
+        // Its pilot is gathered, and the emission learns from it.
         let mut gathers = u32::from(emission.stage.after_pilot.is_some());
         for step in steps {
             if work(&step) == Some(Work::Gather) {
@@ -85,7 +87,7 @@ fn emissions(runners: &mut RunnerPair, scene: &Scene, table: &mut Table) {
     }
 }
 
-/// The steps of a gather over the points and photons at hand.
+/// Steps of a gather over the current points and photons.
 fn over_photons(variant: &'static Variant, params: &FrameParams) -> Vec<Step> {
     let mut steps = vec![Step::Clear { buffer: "accumulator" }, Step::Clear { buffer: "counters" }];
     steps.extend(gather::prepare(variant, params));
@@ -93,7 +95,7 @@ fn over_photons(variant: &'static Variant, params: &FrameParams) -> Vec<Step> {
     steps
 }
 
-/// Builds and gathers on both, each in its own order, and compares the sums.
+/// Builds and gathers on both runners, each in its own order, and compares the sums.
 fn gathers(runners: &mut RunnerPair, variant: &'static Variant, table: &mut Table) {
     let params = runners.params;
     let steps = over_photons(variant, &params);
@@ -102,8 +104,8 @@ fn gathers(runners: &mut RunnerPair, variant: &'static Variant, table: &mut Tabl
     table.add(variant.gather.name, sums(runners, &params));
 }
 
-/// Runs one step on equal inputs and compares all that it wrote, and that it wrote nothing else. What an index writes is in
-/// an order of its own.
+/// Runs one step on equal inputs, compares all that it wrote, and asserts that it wrote nothing else. An index is
+/// written in an order of its own.
 fn one(runners: &mut RunnerPair, scene: &Scene, emission: &'static Emission, step: Step, table: &mut Table) {
     let params = runners.params;
     let Step::Dispatch { pass, .. } = step else { return runners.run(&params, &[step]) };
@@ -131,7 +133,7 @@ fn one(runners: &mut RunnerPair, scene: &Scene, emission: &'static Emission, ste
                 let scale = cpu.iter().sum::<f32>() / cpu.len() as f32;
                 floats(buffer, 3, &cpu, &gpu, Tolerance { absolute: 1.0e-4 * scale, ..NEAR })
             }
-            // What guided emission makes of what was scored: `sqrt` may be off by ulps.
+            // Guided emission computes these from scores: `sqrt` may be off by ulps.
             "guide_sums" | "guide_pyramid" | "pixel_means" | "pixel_weights" | "image_rows"
             | "balance_rows" | "radius_now" | "radius_next" => {
                 let (cpu, gpu) = runners.records::<f32>(buffer);
@@ -162,7 +164,7 @@ fn one(runners: &mut RunnerPair, scene: &Scene, emission: &'static Emission, ste
     }
 }
 
-/// The sums of a gather. Counts may differ only at points with a photon on the very bound of what they take.
+/// Compares the sums of a gather. Counts may differ only at points with a photon at the bound of acceptance.
 fn sums(runners: &mut RunnerPair, params: &FrameParams) -> Vec<Difference> {
     let (cpu, gpu) = runners.records::<u32>("accumulator");
     let read = |words: &[u32]| {
@@ -185,7 +187,7 @@ fn sums(runners: &mut RunnerPair, params: &FrameParams) -> Vec<Difference> {
     ]
 }
 
-/// Of these pixels those without a photon within 1e-5 of what decides whether it is taken.
+/// Number of these pixels without a photon within 1e-5 of the bound of acceptance.
 fn on_the_bound(runners: &mut RunnerPair, pixels: &[usize]) -> usize {
     let (points, _) = runners.records::<PointGeometry>("point_geometry");
     let (photons, _) = runners.records::<PhotonGeometry>("photon_geometry");
@@ -202,7 +204,7 @@ fn on_the_bound(runners: &mut RunnerPair, pixels: &[usize]) -> usize {
     pixels.iter().filter(has).count()
 }
 
-/// Gathers by ray queries against one in software over the same photons on the same device, and against the CPU's.
+/// Compares gathers by ray queries with one in software over the same photons on the same device, and with the CPU's.
 fn by_ray_queries(runners: &mut RunnerPair, table: &mut Table) {
     let params = runners.params;
     let (cpu, _) = runners.records::<u32>("accumulator");

@@ -1,4 +1,4 @@
-//! The passes that trace whole paths, which may diverge: few, and only where the CPU's own path trembles apart.
+//! Passes that trace whole paths. Few may diverge, and only where the CPU's own perturbed path diverges too.
 
 use std::collections::BTreeSet;
 
@@ -15,20 +15,20 @@ use caustics_tests::tremble::LightPathContext;
 
 use super::passes::NEAR;
 
-/// Counts over whole paths.
+/// Tolerance of counts over whole paths.
 pub const COUNTS: Tolerance =
     Tolerance::relative(2.0e-3, 0.0, "the parity rule: 0.2 % of the paths may diverge");
-/// Quantities of whole paths that have a unit and so no scale of their own.
+/// Tolerance of quantities of whole paths that have a unit, and so no scale of their own.
 const RATIOS: Tolerance =
     Tolerance::relative(1.0e-3, 0.0, "curved vertices and grazing cosines amplify ulps along a path");
-/// Parts of one.
+/// Tolerance of shares.
 const SHARES: Tolerance = Tolerance { absolute: RATIOS.relative, relative: 0.0, ..RATIOS };
 /// Distance within which photons are the same (m): a tenth of a typical radius of a point.
 const REACH: f32 = 1.0e-3;
-/// Divergences that are printed.
+/// Number of divergences that are printed.
 const PRINTED: usize = 12;
 
-/// The tolerance, but for paths that may diverge.
+/// The tolerance, except for paths that may diverge.
 fn but_for_some(scene: &Scene, tolerance: Tolerance) -> Tolerance {
     if scene.textures.textures.is_empty() {
         return tolerance.except(2.0e-3, "the parity rule: 0.2 % of the paths may diverge");
@@ -36,7 +36,7 @@ fn but_for_some(scene: &Scene, tolerance: Tolerance) -> Tolerance {
     tolerance.except(1.0e-2, "texels say what is there and how it leans: 1 % of the paths may diverge")
 }
 
-/// Camera paths, pixel by pixel.
+/// Compares camera paths, pixel by pixel.
 pub fn collect(runners: &mut RunnerPair, paths: LightPathContext<'_>, table: &mut Table) {
     let (cpu_radiance, gpu_radiance) = runners.records::<f32>("path_radiance");
     let (cpu_geometry, gpu_geometry) = runners.records::<PointGeometry>("point_geometry");
@@ -74,7 +74,7 @@ fn path_field(name: &str) -> Tolerance {
     }
 }
 
-/// Whether two camera paths are as far apart as the comparison forbids.
+/// Whether two camera paths differ by more than the comparison allows.
 fn diverges(a: &Collected, b: &Collected) -> bool {
     let radiance = floats("", 3, &a.light.radiance.to_array(), &b.light.radiance.to_array(), NEAR);
     let geometry =
@@ -84,7 +84,7 @@ fn diverges(a: &Collected, b: &Collected) -> bool {
     geometry.iter().chain(&shading).chain([&radiance]).any(|difference| difference.exceeding > 0)
 }
 
-/// Light paths, photon by photon.
+/// Compares light paths, photon by photon.
 pub fn shoot(runners: &mut RunnerPair, paths: LightPathContext<'_>, name: &str, table: &mut Table) {
     let (cpu_state, gpu_state) = runners.records::<u32>("photon_state");
     let (cpu_geometry, gpu_geometry) = runners.records::<PhotonGeometry>("photon_geometry");
@@ -96,13 +96,13 @@ pub fn shoot(runners: &mut RunnerPair, paths: LightPathContext<'_>, name: &str, 
     let cpu = zip(cpu_geometry, cpu_light, stored(&cpu_state));
     let gpu = zip(gpu_geometry, gpu_light, stored(&gpu_state));
 
-    // The paths of the CPU's photons, which its runner stores in any order.
+    // Trace the paths of the CPU's photons, which its runner stores in any order.
     let known = paths.starts_are_known();
     let traced = if known { paths.photons() } else { (0..).zip(cpu.iter().copied()).collect() };
     let by_path: Vec<_> = traced.iter().map(|(_, photon)| *photon).collect();
-    assert!(sorted(&by_path) == sorted(&cpu), "the CPU runner stores what its kernels deposit");
+    assert!(sorted(&by_path) == sorted(&cpu), "the CPU runner stores other photons");
 
-    // Paths diverge that lose a photon, or whose photon moves, turns, or changes its flux too far.
+    // A path diverges if it loses a photon, or if a photon's position, direction or flux differs too much.
     let matching = pair(&by_path, &gpu, REACH);
     let partners: Vec<_> = matching.pairs.iter().map(|&(left, right)| (by_path[left], gpu[right])).collect();
     let fields = compare(&partners, |tolerance| but_for_some(paths.scene, tolerance));
@@ -123,7 +123,7 @@ pub fn shoot(runners: &mut RunnerPair, paths: LightPathContext<'_>, name: &str, 
     table.add(name, summary(paths.scene, "photons", cpu.len(), lost, unexplained));
 }
 
-/// Compares partners field by field, by what is made of each field's tolerance.
+/// Compares partners field by field; `allow` adapts each field's tolerance.
 fn compare(partners: &[(Photon, Photon)], allow: impl Fn(Tolerance) -> Tolerance) -> Vec<Difference> {
     let (left, right): (Vec<_>, Vec<_>) = partners.iter().copied().unzip();
     let split = |photons: Vec<Photon>| photons.into_iter().unzip::<_, _, Vec<_>, Vec<_>>();
@@ -134,7 +134,7 @@ fn compare(partners: &[(Photon, Photon)], allow: impl Fn(Tolerance) -> Tolerance
     all
 }
 
-/// Whether two versions of a light path are as far apart as the comparison forbids.
+/// Whether two versions of a light path differ by more than the comparison allows.
 fn diverges_with_light(a: &[Photon], b: &[Photon]) -> bool {
     let matching = pair(a, b, REACH);
     let partners: Vec<_> = matching.pairs.iter().map(|&(left, right)| (a[left], b[right])).collect();
@@ -142,7 +142,7 @@ fn diverges_with_light(a: &[Photon], b: &[Photon]) -> bool {
     lost > 0 || compare(&partners, |tolerance| tolerance).iter().any(|difference| difference.exceeding > 0)
 }
 
-/// Photons in an order of their own.
+/// Photons as bytes, sorted.
 fn sorted(photons: &[Photon]) -> Vec<Vec<u8>> {
     let bytes =
         |(geometry, light): &Photon| [bytemuck::bytes_of(geometry), bytemuck::bytes_of(light)].concat();
@@ -151,7 +151,7 @@ fn sorted(photons: &[Photon]) -> Vec<Vec<u8>> {
     all
 }
 
-/// How many of `count` diverge, and how many of those the CPU's trembling does not explain.
+/// Number of paths that diverge out of `count`, and number of those that the CPU's perturbation does not explain.
 fn summary(scene: &Scene, what: &str, count: usize, diverging: usize, unexplained: usize) -> [Difference; 2] {
     let marks = |marked: usize| (0..count).map(|i| u32::from(i < marked)).collect::<Vec<_>>();
     let tolerance = but_for_some(scene, Tolerance::EXACT);

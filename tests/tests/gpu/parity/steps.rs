@@ -24,7 +24,7 @@ const SHONE_BY_TEXELS: Tolerance = Tolerance::relative(
     "beside a bright texel the ulps of a point are more of what a dark one shines",
 );
 
-/// Uniform numbers bit for bit, warps of them.
+/// Compares uniform numbers bit for bit, and warps of them.
 pub fn sample(runners: &mut RunnerPair, table: &mut Table) {
     runners.step(&STEP_SAMPLE, 100_000);
     let (cpu, gpu) = runners.head::<SampleStep>("samples", 100_000);
@@ -37,7 +37,7 @@ pub fn sample(runners: &mut RunnerPair, table: &mut Table) {
     );
 }
 
-/// Closest hits of rays through the air and from surfaces.
+/// Compares closest hits of rays through the air and from surfaces.
 pub fn hit(runners: &mut RunnerPair, scene: &Scene, table: &mut Table) {
     let through = rays::through(scene, 100_000);
     let hits = compare_hits(runners, scene, "step.hit", &through, table);
@@ -60,7 +60,7 @@ fn compare_hits(
     let edges = Tolerance::EXACT.except(0.002, "a ray on a shared edge may take either triangle");
     let differing = words("triangle", 1, &ids(&cpu), &ids(&gpu), edges);
 
-    // Every ray whose triangles differ must hit both at one distance.
+    // Both triangles of a differing ray must lie at one distance.
     let pick = |hits: &[Hit]| differing.indices.iter().map(|&i| hits[i].distance).collect::<Vec<_>>();
     let tie = Tolerance::relative(1.0e-4, 0.0, "triangles of one edge are met at one distance");
     let ties = floats("distance, other triangle", 1, &pick(&cpu), &pick(&gpu), tie);
@@ -86,7 +86,7 @@ fn compare_hits(
     cpu
 }
 
-/// Scattering at the hits of random rays, from both sides.
+/// Compares scattering at the hits of random rays, from both sides.
 pub fn scatter(runners: &mut RunnerPair, scene: &Scene, table: &mut Table) {
     let through = rays::through(scene, 100_000);
     runners.write("rays", &through);
@@ -120,7 +120,7 @@ fn compare_events(runners: &mut RunnerPair, events: &[ScatterIn], table: &mut Ta
     table.add("step.scatter", differences);
 }
 
-/// Starts of light paths and light samples.
+/// Compares starts of light paths and light samples.
 pub fn emit(runners: &mut RunnerPair, scene: &Scene, table: &mut Table) {
     runners.step(&STEP_EMIT, 100_000);
     let (cpu, gpu) = runners.head::<EmitStep>("emit_steps", 100_000);

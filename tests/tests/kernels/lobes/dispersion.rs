@@ -18,12 +18,13 @@ fn indices(carried: Vec3, inside: bool) -> Indices {
     Indices { eta: etas.y, etas, carried: carried / carried.element_sum(), is_dispersive: true }
 }
 
-/// What the path carries before a face, and cosines; the critical angles of the channels lie at 0.735, 0.745 and 0.755.
+/// Throughputs of the path before a face. The critical angles of the channels have cosines of 0.735, 0.745 and 0.755.
 const CARRIED: [Vec3; 4] = [Vec3::ONE, Vec3::new(0.7, 0.25, 0.05), Vec3::new(0.6, 0.4, 0.0), Vec3::Z];
 const COSINES: [f32; 5] = [1.0, 0.76, 0.75, 0.74, 0.3];
 
-/// Each sample of white glass keeps the sum of what the path carries, reflects all channels by their own reflectance or transmits one by
-/// its own index. In expectation each channel is reflected and transmitted by its own Fresnel formula.
+/// Each sample of white glass keeps the sum of the path's channels. It reflects all channels by their own reflectance,
+/// or transmits one by its own index. In expectation each channel is reflected and transmitted by its own Fresnel
+/// formula.
 #[test]
 fn smooth_faces_reflect_all_channels_and_transmit_one() {
     let count = 100_000;
@@ -67,7 +68,7 @@ fn smooth_faces_reflect_all_channels_and_transmit_one() {
     }
 }
 
-/// The other lobes of a surface that is dispersive glass in part keep all channels.
+/// The other lobes of a partly dispersive surface keep all channels.
 #[test]
 fn lobes_beside_smooth_dispersive_glass_keep_all_channels() {
     let material = Material { metallic: 0.3, transmission: 0.5, dispersion: 2.0, ..coated(0.6, 0.0) };
@@ -85,7 +86,7 @@ fn lobes_beside_smooth_dispersive_glass_keep_all_channels() {
     assert!(whole > 5_000 && parted > 1_000, "{whole} {parted}");
 }
 
-/// The ledger's albedo of such a face is the mean weight of its samples, channel by channel.
+/// The ledger's albedo of such a face is the mean weight of its samples, for each channel.
 #[test]
 fn the_albedo_of_a_smooth_dispersive_face_is_its_mean_weight() {
     let material = Material { base_color: Vec3::new(0.9, 0.5, 0.2), ..flint(1.5) };

@@ -1,4 +1,4 @@
-//! Furnaces: what a lobe scatters of uniform light, by quadrature in f64 and by the samplers.
+//! Furnace tests: the scattered share of uniform light, by quadrature in f64 and by the samplers.
 
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::Material;
@@ -13,8 +13,8 @@ use glam::Vec3;
 
 use super::{COSINES, seen_from, viewer};
 
-/// The weak white furnace: what is mirrored by all visible normals, unshadowed in the way out, is 1 [Heitz 2014].
-/// 2e-3: midpoints, where the horizon of visibility cuts through the cells at grazing angles.
+/// Weak white furnace: reflection by all visible normals, without shadowing of the exit, is 1 [Heitz 2014]. 2e-3 is for
+/// midpoints where the horizon of visibility cuts through the cells at grazing angles.
 #[test]
 fn weak_white_furnace_is_one() {
     println!("integral of the density of visible normals; rows: roughness, columns: cosine {COSINES:?}");
@@ -37,7 +37,7 @@ fn weak_white_furnace_is_one() {
     }
 }
 
-/// The samplers' mean weights: (reflected, transmitted), each with its standard error.
+/// Mean weights of the samplers: (reflected, transmitted), each with its standard error.
 fn dielectric_by_sampling(
     material: Material,
     cos: f32,
@@ -60,10 +60,10 @@ fn dielectric_by_sampling(
     [0, 1].map(|i| (sums[i] / n, ((squares[i] / n - (sums[i] / n).powi(2)).max(0.0) / n).sqrt()))
 }
 
-/// Rough glass never gains energy, its loss is that of single scattering, and both of its parts are what a quadrature
-/// in f64 says. Four standard errors for 672 comparisons; 1e-3 is for the midpoints at grazing angles.
+/// Rough glass never gains energy, its loss is that of single scattering, and both of its parts match a quadrature in
+/// f64. Four standard errors for 672 comparisons; 1e-3 is for the midpoints at grazing angles.
 #[test]
-fn rough_glass_scatters_what_quadrature_says() {
+fn rough_glass_reflects_and_transmits_as_by_quadrature() {
     rough_dielectric_scatters(&[0.15, 0.6]);
 }
 
@@ -98,7 +98,7 @@ fn rough_dielectric_scatters(roughnesses: &[f32]) {
     }
 }
 
-/// Each class alone scatters its own part: what paths behind a collection point, and gathers, see.
+/// Each class alone scatters its own part, the one that camera suffixes and gathers use.
 #[test]
 fn rough_glass_reflects_in_one_class_and_transmits_in_the_other() {
     let material = Material { roughness: 0.5, ..glass(1.5) };
@@ -110,7 +110,7 @@ fn rough_glass_reflects_in_one_class_and_transmits_in_the_other() {
     assert!((other[0].0 - reflected).abs() < 4.0 * other[0].1 + 1e-3);
 }
 
-/// Where the index does not change, nothing is reflected and everything goes straight on.
+/// Where the index does not change, nothing is reflected and all light goes straight on.
 #[test]
 fn rough_glass_in_its_own_medium_is_invisible() {
     let material = Material { roughness: 0.5, ..glass(1.5) };
@@ -122,9 +122,9 @@ fn rough_glass_in_its_own_medium_is_invisible() {
     }
 }
 
-/// The albedo of the energy ledger is unbiased, lobe by lobe and mixture by mixture: its mean is that of the samplers'
-/// weights, with which it shares neither numbers nor normals; so is that of the specular lobes alone. Four standard errors for
-/// 252 comparisons.
+/// The albedo of the energy ledger is unbiased for each lobe, each mixture, and the specular lobes alone. Its mean is
+/// the mean weight of the samplers, with which it shares neither numbers nor normals. Four standard errors for 252
+/// comparisons.
 #[test]
 fn albedo_of_the_ledger_is_the_mean_weight_of_the_samplers() {
     albedos_are_mean_weights(&[0.5]);
@@ -166,7 +166,7 @@ mod long {
 
     #[test]
     #[ignore = "the same of other roughness: ten seconds"]
-    fn glass_of_any_roughness_scatters_what_quadrature_says() {
+    fn glass_of_other_roughness_reflects_and_transmits_as_by_quadrature() {
         rough_dielectric_scatters(&[0.08, 0.25, 0.4, 0.8, 1.0]);
     }
 

@@ -1,4 +1,4 @@
-//! The samplers of lights against their densities: light samples and starts of light paths.
+//! Samplers of lights against their densities: light samples and starts of light paths.
 
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::ray::Ray;
@@ -15,7 +15,7 @@ use glam::{DVec3, Vec3};
 
 const SAMPLES: u32 = 400_000;
 
-/// Three lamps of different sizes and powers (one shines both ways) and a point light; none hides another from the
+/// Three emitters of different sizes and powers (one on both sides) and a point light; none hides another from the
 /// origin.
 fn scene_of_lights() -> Builder {
     let mut b = Builder::default();
@@ -29,9 +29,9 @@ fn scene_of_lights() -> Builder {
     b
 }
 
-/// Directions of light samples on area lights fall into cells as the density of what a ray there meets says.
+/// Directions of light samples on area lights fall into cells by the density at the hit of a ray in that direction.
 #[test]
-fn connections_follow_their_density() {
+fn light_samples_follow_their_density() {
     let scene = scene_of_lights().build();
     let world = World::new(&scene, &Default::default());
     let cells = SphereCells { rows: 64, columns: 64 };
@@ -42,19 +42,19 @@ fn connections_follow_their_density() {
         let u = Rng::new(Stream::Camera, 10, path, 0).next4();
         let c = LightCandidates::ONE.sample_light(0, world.tables(), lights, world.features, Vec3::ZERO, u);
         if c.radiance_over_pdf == Vec3::ZERO {
-            continue; // the dark side of a lamp
+            continue; // the dark side of an emitter
         }
         if c.pdf_solid_angle == 0.0 {
             to_points += 1;
             continue;
         }
         seen[cells.cell_index(c.to_light)] += 1;
-        // What it says of its own density is what a ray that way finds.
+        // The density of a sample is the density at the hit of its ray.
         let hit = world.tracer().closest(&Ray::endless(Vec3::ZERO, c.to_light));
         let found = if hit.is_miss() { 0.0 } else { density(&world, c.to_light) };
         bad += u32::from((found - c.pdf_solid_angle).abs() > 1e-3 * c.pdf_solid_angle);
     }
-    // A ray at the rim of a lamp may miss it.
+    // A ray at the rim of an emitter may miss it.
     assert!(bad <= 5, "{bad} light samples with another density than a ray finds");
     let expected = cells.integrate([24, 24], |d| f64::from(density(&world, d)) * f64::from(SAMPLES));
     let fit = Fit::new(&seen, &expected);
@@ -65,10 +65,11 @@ fn connections_follow_their_density() {
     assert!((f64::from(to_points) / f64::from(SAMPLES) - probability).abs() < 4.0 * error);
 }
 
-/// Irradiance by a lamp overhead, in units of its radiance: connections have the known mean; and where the lamp is near, no more
-/// noise than the cosine and the choice between its triangles leave: over its area, the lowest of these would deviate by 6.6.
+/// Light samples give the known irradiance of an emitter overhead, in units of its radiance. Near the emitter they
+/// leave only the noise of the cosine and of the choice between its triangles. Samples by area would deviate by 6.6 at
+/// the lowest emitter.
 #[test]
-fn connections_to_near_lamps_have_no_peaks() {
+fn light_samples_of_a_near_area_light_have_bounded_deviation() {
     for (height, max_deviation) in [(0.05, 1.1), (0.4, 0.8), (0.9, 0.5), (8.0, 0.1)] {
         let mut b = Builder::default();
         let light = b.material(emitter(1.0));
@@ -83,7 +84,7 @@ fn connections_to_near_lamps_have_no_peaks() {
         };
         let found: Vec<f64> = (0..SAMPLES).map(irradiance).collect();
         let (mean, error) = mean_and_error(&found);
-        // By the edges of the lamp [Lambert 1760].
+        // By the edges of the emitter [Lambert 1760].
         let corner = |x: f64, z: f64| DVec3::new(x, height, z).normalize();
         let corners = [corner(-0.2, -0.3), corner(-0.2, 0.7), corner(0.8, 0.7), corner(0.8, -0.3)];
         let edge = |i: usize| {
@@ -120,10 +121,10 @@ fn density(world: &World<'_>, direction: Vec3) -> f32 {
     )
 }
 
-/// Starts fall into lights by their power, into the quarters of a triangle and into cells of cos^2 evenly, and each
+/// Starts fall into lights by their power, and evenly into the quarters of a triangle and into cells of cos^2. Each
 /// carries the whole flux of the scene in the mean of its channels.
 #[test]
-fn starts_of_light_paths_follow_area_and_cosine() {
+fn emission_by_power_follows_power_area_and_cosine() {
     let scene = scene_of_lights().build();
     let world = World::new(&scene, &Default::default());
     let emit = world.by_power();
@@ -149,7 +150,7 @@ fn starts_of_light_paths_follow_area_and_cosine() {
             Some((id, (b, c, height, normal))) => {
                 let quarter = [b > 0.5, c > 0.5, b + c < 0.5].iter().position(|&q| q).unwrap_or(3);
                 let cos = to.dot(normal.normalize()) * height.signum();
-                assert!(cos > 0.0, "leaves into its own lamp");
+                assert!(cos > 0.0, "starts into its own light");
                 id * 16 + quarter * 4 + ((cos * cos * 4.0) as usize).min(3)
             }
             None => {

@@ -1,4 +1,4 @@
-//! Second moments of weights of rough glass: what a choice between reflection and transmission adds to noise.
+//! Second moments of the weights of rough glass: noise that the choice between reflection and transmission adds.
 
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -9,8 +9,8 @@ use std::f64::consts::PI;
 
 use super::{COSINES, seen_from, viewer};
 
-/// A choice by facet leaves a white sample what the masking leaves: at most 1. 1e-3: f over pdf in f32, where the half vector of
-/// narrow lobes is lost to rounding.
+/// A choice by facet leaves a white sample the weight of the masking, at most 1. 1e-3 is for f over pdf in f32, where
+/// narrow lobes lose the half vector to rounding.
 #[test]
 fn weights_of_white_rough_glass_chosen_by_facet_are_at_most_one() {
     let cases = [(glass(1.5), 1.5), (glass(1.5), 1.0 / 1.5), (glass(2.4), 2.4), (pane(1.5), 1.0)];
@@ -27,7 +27,7 @@ fn weights_of_white_rough_glass_chosen_by_facet_are_at_most_one() {
                     (0..20_000).map(sample).fold(0.0, f64::max)
                 };
                 assert!(largest(false) < 1.0 + 1e-3, "{roughness} {eta} {cos}: {}", largest(false));
-                // A choice before the facet is seen to weigh more.
+                // A choice before the facet has larger weights.
                 if eta == 1.5 && roughness == 0.5 && material.flags == 0 && cos < 0.9 {
                     assert!(largest(true) > 1.2, "{cos}: {}", largest(true));
                 }
@@ -36,14 +36,14 @@ fn weights_of_white_rough_glass_chosen_by_facet_are_at_most_one() {
     }
 }
 
-/// Second moments of white samples: of what facets reflect, and of what they transmit, masking included.
+/// Second moments of white samples of reflecting and of transmitting facets, masking included.
 struct Moments {
     reflected: f64,
     transmitted: f64,
 }
 
 impl Moments {
-    /// By midpoints over visible normals [Dupuy and Benyoub 2023], in f64 and written out anew.
+    /// Computes them by midpoints over visible normals [Dupuy and Benyoub 2023], in f64, independently of the kernels.
     fn new(cos: f64, alpha: f64, eta: f64) -> Moments {
         let to_previous = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
         let stretched = DVec3::new(alpha * to_previous.x, 0.0, cos).normalize();
@@ -82,17 +82,17 @@ impl Moments {
         self.reflected / probability + self.transmitted / (1.0 - probability)
     }
 
-    /// The least of all.
+    /// Smallest second moment of all probabilities.
     fn minimum(&self) -> f64 {
         (self.reflected.sqrt() + self.transmitted.sqrt()).powi(2)
     }
 }
 
-/// Where a class is chosen before the facet, second moments are 5 % above the least ones in the mean over cosines, roughnesses and
-/// indices, and nowhere above 1.9: the least of all is itself up to 1.6. The mean reflectance at the cosine and alpha to both sides of it is
-/// seen to be worse.
+/// Where a class is chosen before the facet, second moments exceed the smallest ones by 5 % on average over cosines,
+/// roughnesses and indices. None exceeds 1.9; the smallest ones reach 1.6. The mean reflectance at the cosine and at
+/// alpha to both sides of it is a worse probability.
 #[test]
-fn the_choice_before_the_facet_is_near_the_best_one() {
+fn lobe_choice_before_the_facet_is_within_6_percent_of_the_minimum() {
     let (mut excess, mut largest, mut other_excess, mut count) = (0.0, 0.0_f64, 0.0, 0.0);
     for ior in [1.1_f32, 1.33, 1.5, 2.0, 2.4] {
         for eta in [ior, 1.0 / ior] {

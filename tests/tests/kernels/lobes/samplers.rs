@@ -14,7 +14,7 @@ use super::{seen_from, viewer};
 const CELLS: SphereCells = SphereCells { rows: 48, columns: 24 };
 const SAMPLES: u32 = 200_000;
 
-/// Name, material, index before over index behind.
+/// Name, material, and index before over index behind.
 pub fn cases() -> Vec<(&'static str, Material, f32)> {
     let rough = |roughness, ior| Material { roughness, ..glass(ior) };
     let tinted = Vec3::new(0.9, 0.5, 0.2);
@@ -48,7 +48,7 @@ fn half_of_all(roughness: f32) -> Material {
     Material { metallic: 0.3, transmission: 0.5, ..coated(0.6, roughness) }
 }
 
-/// Every case, seen at every cosine, by both ways to choose among the lobes of rough glass.
+/// Every case at every cosine, with both ways to choose among the lobes of rough glass.
 fn seen(cosines: &[f32]) -> Vec<(String, Material, Bsdf, DielectricInterface)> {
     let mut all = Vec::new();
     for (name, material, eta) in cases() {
@@ -68,7 +68,7 @@ fn is_rough_dielectric(material: &Material) -> bool {
     material.transmission > 0.0 && material.roughness > 0.0
 }
 
-/// Counts of a class's non-delta samples by cell, all on the side that they claim to leave to.
+/// Counts of a class's non-delta samples by cell; asserts that each leaves to the side that it claims.
 fn count(surface: &Bsdf, interface: DielectricInterface, class: Classes) -> Vec<u32> {
     let mut seen = vec![0; CELLS.count()];
     for path in 0..SAMPLES {
@@ -81,7 +81,7 @@ fn count(surface: &Bsdf, interface: DielectricInterface, class: Classes) -> Vec<
     seen
 }
 
-/// Expected counts; a narrow lobe needs more midpoints, above all around the normal, where a grazing view squeezes it.
+/// Expected counts. A narrow lobe needs more midpoints, above all around the normal, where a grazing view squeezes it.
 fn expect(surface: &Bsdf, class: Classes, roughness: f32) -> Vec<f64> {
     let sub = match roughness {
         ..0.15 => [72, 288],
@@ -91,9 +91,9 @@ fn expect(surface: &Bsdf, class: Classes, roughness: f32) -> Vec<f64> {
     CELLS.integrate(sub, |d| f64::from(surface.eval(d, class).pdf_solid_angle) * f64::from(SAMPLES))
 }
 
-/// Samples of a class fall into cells of the sphere as its density says, the choice of lobe included.
+/// Samples of a class fall into cells of the sphere by their density, the choice of a lobe included.
 #[test]
-fn samples_follow_their_density() {
+fn lobe_samples_follow_their_density() {
     densities_hold(&[0.5]);
 }
 
@@ -101,7 +101,7 @@ fn densities_hold(cosines: &[f32]) {
     for (name, material, surface, interface) in seen(cosines) {
         for class in [Classes::SPECULAR, Classes::NON_SPECULAR] {
             let counts = count(&surface, interface, class);
-            // A class without a lobe that has a width: nothing may be sampled, and nothing expected.
+            // A class without a non-delta lobe: nothing may be sampled, and the density must be 0.
             if counts.iter().all(|count| *count == 0) {
                 let towards = [Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.6, 0.0, -0.8)];
                 assert!(towards.iter().all(|d| surface.eval(*d, class).pdf_solid_angle == 0.0), "{name}");
@@ -114,7 +114,7 @@ fn densities_hold(cosines: &[f32]) {
     }
 }
 
-/// The comparer sees a roughness that is 5 % too large.
+/// The comparer detects a roughness that is 5 % too large.
 #[test]
 fn detects_samples_of_another_roughness() {
     for (material, eta) in [(metal(0.9, 0.4), 1.0), (Material { roughness: 0.4, ..glass(1.5) }, 1.0 / 1.5)] {
@@ -129,9 +129,9 @@ fn detects_samples_of_another_roughness() {
     }
 }
 
-/// The probability of a class is the share of samples that take it; four standard errors of the binomial law.
+/// The share of samples of a class is its probability; four standard errors of the binomial law.
 #[test]
-fn classes_are_taken_by_their_chance() {
+fn classes_are_sampled_with_their_probability() {
     for (name, material, eta) in cases() {
         for cos in [0.98, 0.15] {
             let (surface, interface) = seen_from(material, viewer(cos), eta, true);
@@ -176,7 +176,7 @@ fn weights_are_f_cos_over_pdf_of_their_class() {
     }
 }
 
-/// The warps of directions against the densities that they are used with.
+/// Compares the warps of directions with their densities.
 #[test]
 fn warps_follow_their_density() {
     let counts = |warp: &dyn Fn(f32, f32) -> Vec3| {
@@ -211,7 +211,7 @@ fn warps_follow_their_density() {
     }
 }
 
-/// Points on a triangle, in the cells of an 8 x 8 x 2 subdivision.
+/// Points on a triangle fall evenly into the cells of an 8 x 8 x 2 subdivision.
 #[test]
 fn points_on_a_triangle_are_uniform() {
     let mut seen = vec![0; 128];
@@ -235,7 +235,7 @@ mod long {
 
     #[test]
     #[ignore = "the same from other directions: ten seconds"]
-    fn samples_follow_their_density_from_above_and_at_a_slant() {
+    fn lobe_samples_follow_their_density_from_above_and_at_a_slant() {
         densities_hold(&[0.98, 0.15]);
     }
 }

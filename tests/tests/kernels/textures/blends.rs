@@ -1,4 +1,5 @@
-//! What blends is there for a share of rays: each layer and each ray for itself, in every tracer and for every kind of ray.
+//! Blended surfaces block a share of the rays: each layer and each ray decides independently, in every tracer and for
+//! every kind of ray.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
@@ -17,7 +18,7 @@ use caustics_tests::scenes::*;
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
 
-/// Layers of a stack.
+/// Numbers of layers of a stack.
 const LAYERS: [u32; 4] = [0, 1, 2, 4];
 
 /// Black panes of alpha a half above each other, between heights of 0.5 m and 0.9 m; a floor and a far light above.
@@ -35,7 +36,8 @@ fn stack(layers: u32, floor: bool) -> Builder {
     b
 }
 
-/// Whether a mean is what `layers` panes of a half pass of `all`, to three standard errors that tell it from one layer less.
+/// Whether a mean is the share of `all` that `layers` panes of alpha a half pass. Three standard errors exclude one
+/// layer less.
 fn passes(layers: u32, mean: &Mean, all: f64) -> bool {
     let expected = all * 0.5f64.powi(layers as i32);
     println!("{layers} layers: {:.5} +- {:.5} of {expected:.5}", mean.value, mean.error);
@@ -43,7 +45,7 @@ fn passes(layers: u32, mean: &Mean, all: f64) -> bool {
     (mean.value - expected).abs() <= 3.0 * mean.error + 1e-6 * all
 }
 
-/// Shares of rays through a stack, in 64 groups, by keys that a path has.
+/// Shares of rays that pass a stack, in 64 groups, by keys as paths have them.
 fn through(layers: u32, key: impl Fn(u32) -> u32) -> Mean {
     let scene = stack(layers, true).build();
     let features = scene.features(0.25);
@@ -56,7 +58,7 @@ fn through(layers: u32, key: impl Fn(u32) -> u32) -> Mean {
             let origin = Vec3::new(7.9 * u.x - 3.95, 2.0, 7.9 * u.y - 3.95);
             let ray = Ray { length: 1.9, key: key(path), ..Ray::endless(origin, Vec3::NEG_Y) };
             let hit = tracer.closest(&ray);
-            assert_eq!(tracer.occluded(&ray), !hit.is_miss(), "all kinds of rays meet the same");
+            assert_eq!(tracer.occluded(&ray), !hit.is_miss(), "occlusion and closest hit differ");
             hit.is_miss()
         });
         passed.count() as f64 / 1000.0
@@ -65,17 +67,17 @@ fn through(layers: u32, key: impl Fn(u32) -> u32) -> Mean {
 }
 
 #[test]
-fn rays_pass_layers_by_the_product_of_their_shares() {
+fn rays_pass_n_layers_of_alpha_half_with_probability_2_to_the_minus_n() {
     for layers in LAYERS {
         let key = |path| Rng::new(Stream::Camera, 7, path, 0).ray_key(0);
         assert!(passes(layers, &through(layers, key), 1.0));
     }
-    // Of one key all pass a triangle, or none.
+    // With one key all rays pass a triangle, or none does.
     assert!(!passes(2, &through(2, |_| 5), 1.0));
 }
 
 #[test]
-fn cameras_see_through_layers_by_the_product_of_their_shares() {
+fn cameras_see_2_to_the_minus_n_of_light_through_n_layers_of_alpha_half() {
     let background = Some([0.25, 0.5, 1.0]);
     let config = RenderConfig {
         width: 48,
@@ -98,7 +100,7 @@ fn cameras_see_through_layers_by_the_product_of_their_shares() {
 }
 
 #[test]
-fn lights_shine_through_layers_by_the_product_of_their_shares() {
+fn direct_light_through_n_layers_of_alpha_half_is_2_to_the_minus_n() {
     let config = RenderConfig {
         width: 48,
         height: 48,
@@ -114,9 +116,9 @@ fn lights_shine_through_layers_by_the_product_of_their_shares() {
     assert!(LAYERS.into_iter().all(|layers| passes(layers, &frames(layers), open)));
 }
 
-/// And what does not pass is in the ledger of what is absorbed.
+/// The ledger counts the blocked light as absorbed.
 #[test]
-fn light_paths_pass_layers_by_the_product_of_their_shares() {
+fn light_paths_pass_n_layers_of_alpha_half_with_probability_2_to_the_minus_n() {
     for layers in &LAYERS[1..] {
         let scene = stack(*layers, false).build();
         let caustics = Caustics::Any;
@@ -146,7 +148,7 @@ fn light_paths_pass_layers_by_the_product_of_their_shares() {
 /// A pair of numbers for each of many positions in a sequence.
 type Pairs<'a> = &'a dyn Fn(u32) -> (f32, f32);
 
-/// Chi squared of pairs in cells: independent and uniform to an error of 1e-5, or not.
+/// Whether pairs pass a chi-square test of independence and uniformity at a level of 1e-5.
 fn are_independent(pairs: Pairs) -> bool {
     const SIDE: usize = 16;
     let count = 200_000;
@@ -159,8 +161,8 @@ fn are_independent(pairs: Pairs) -> bool {
 }
 
 #[test]
-fn chances_of_layers_and_of_rays_are_independent() {
-    // A path after a number of samples, as collect and shoot ask for keys.
+fn alpha_tests_of_layers_and_rays_are_independent() {
+    // Key of a path after a number of samples, as collect and shoot compute it.
     let key = |stream: Stream, path: u32, frame: u32, samples: u32, number: u32| {
         let mut rng = Rng::new(stream, 3, path, frame);
         for _ in 0..samples {
@@ -203,7 +205,7 @@ fn chances_of_layers_and_of_rays_are_independent() {
             "{what} and what is sampled"
         );
     }
-    // A hash of the key alone lets all layers decide alike, one of the triangle alone all rays.
+    // A hash of the key alone makes all layers decide alike; a hash of the triangle alone makes all rays decide alike.
     assert!(!are_independent(&|i| (hash_float(camera(i), 0, 0), hash_float(camera(i), 0, 0))));
     assert!(!are_independent(&|i| (hash_float(0, i % 64, 0), hash_float(0, (i + 1) % 64, 0))));
 }
@@ -217,13 +219,13 @@ fn pane_of(record: impl Fn(&mut Builder) -> MaterialTextures) -> Scene {
     b.build()
 }
 
-/// A texture of alpha 1 but for one texel of this.
+/// A texture of alpha 1 except for one texel of this alpha.
 fn spotted(b: &mut Builder, alpha: u8) -> u32 {
     b.texture(Role::Color, 8, 8, |x, y| [255, 200, 90, if (x, y) == (3, 5) { alpha } else { 255 }])
 }
 
 #[test]
-fn what_blends_to_one_everywhere_is_opaque_to_the_bit() {
+fn alpha_of_1_everywhere_is_opaque_to_the_bit() {
     let config =
         RenderConfig { width: 48, height: 36, light_paths: Paths::Count(4000), ..RenderConfig::default() };
     let image = |scene: &Scene| render(scene, &config, "photons-grid", None, 0, 1).remove(0).0;
@@ -246,7 +248,7 @@ fn what_blends_to_one_everywhere_is_opaque_to_the_bit() {
 
 /// All code compiled in changes no bit of a scene in which nothing blends.
 #[test]
-fn what_does_not_blend_asks_nobody() {
+fn blend_code_changes_no_bit_where_nothing_blends() {
     let config =
         RenderConfig { width: 48, height: 36, light_paths: Paths::Count(4000), ..RenderConfig::default() };
     let scene = mixed_room().build();
@@ -255,9 +257,9 @@ fn what_does_not_blend_asks_nobody() {
     assert!(!scene.features(0.25).has(Features::BLENDS) && all[0].0.path == own[0].0.path);
 }
 
-/// The faces of a medium are there for all: its inside would begin and never end.
+/// The faces of a medium exist for all rays: otherwise its inside would begin and never end.
 #[test]
-fn media_do_not_blend_and_thin_walls_do() {
+fn media_ignore_alpha_and_thin_walls_blend() {
     for (material, blends) in [(glass(1.5), false), (pane(1.5), true)] {
         let mut b = mixed_room();
         let material = b.textured(material, veil(0.5));

@@ -1,4 +1,4 @@
-//! Textured emitters: what light paths carry, what light sampling finds, what a camera sees.
+//! Textured emitters: flux of light paths, results of light sampling, and the camera's view.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
@@ -27,20 +27,20 @@ fn glow(x: u32, y: u32) -> [u8; 4] {
 
 const RADIANCE: f64 = 4.0;
 
-/// What alpha does to the lamp.
+/// Effect of alpha on the emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Alpha {
-    /// Nothing.
+    /// None.
     Whole,
     /// Every other square of two texels is a hole.
     Holes,
-    /// Squares blend to a fifth, in turns with whole ones, all times 0.75.
+    /// Squares blend to a fifth, alternating with opaque ones; all alpha is multiplied by 0.75.
     Blends,
 }
 
 const ALPHAS: [Alpha; 3] = [Alpha::Whole, Alpha::Holes, Alpha::Blends];
 
-/// A textured panel of 1 m^2 that looks down from a height of 1 m; a dark floor.
+/// A textured panel of 1 m^2 that faces down from a height of 1 m, over a dark floor.
 fn light(alpha: Alpha) -> (Scene, f64) {
     let mut b = Builder::default();
     let emissive = b.texture(Role::Color, 8, 8, glow);
@@ -58,7 +58,7 @@ fn light(alpha: Alpha) -> (Scene, f64) {
         } else {
             (record.alpha, record.blends, factor) = (0.75, 1, 0.75);
         }
-        // Sharp holes, so that a sum over texels is the exact mean.
+        // Sharp holes make a sum over texels the exact mean.
         b.textures.textures[record.base_color as usize].nearest = true;
         b.textures.textures[emissive as usize].nearest = true;
     }
@@ -68,7 +68,7 @@ fn light(alpha: Alpha) -> (Scene, f64) {
     b.panel(floor, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
     b.camera(DVec3::new(0.0, 0.5, 1.5), DVec3::ZERO, 0.8);
     let texels = (0..8).flat_map(|y| (0..8).map(move |x| (x, y)));
-    // A texture that repeats has the mean of its texels, however it is interpolated.
+    // A repeating texture has the mean of its texels under any interpolation.
     let share = |x, y| factor * f64::from(byte(x, y)) / 255.0;
     let mean = texels.map(|(x, y)| share(x, y) * linear(glow(x, y)[0])).sum::<f64>() / 64.0;
     (b.build(), RADIANCE * mean)
@@ -81,17 +81,17 @@ fn world(scene: &Scene) -> World<'_> {
     )
 }
 
-/// Flux = area x mean radiance x pi, in the light table and in the mean of leaving paths.
+/// Flux = area x mean radiance x pi, in the light table and in the mean of emitted paths.
 #[test]
-fn flux_is_that_of_the_mean_texel() {
+fn textured_light_has_the_flux_of_its_mean_texel() {
     for alpha in ALPHAS {
         let (scene, mean) = light(alpha);
         let features = scene.features(0.25);
         assert_eq!(features.has(Features::CUT_OUTS), alpha == Alpha::Holes);
         assert_eq!(features.has(Features::BLENDS), alpha == Alpha::Blends);
         let expected = PI * mean;
-        // The host's mean has positions half a texel apart: the midpoint rule on straight pieces, and on holes cut by
-        // the diagonal.
+        // The host averages positions half a texel apart: the midpoint rule on straight pieces, and on holes that the
+        // diagonal cuts.
         let table = f64::from(scene.flux.x);
         assert!((table / expected - 1.0).abs() < 5e-3, "table {table}, expected {expected}");
         let world = world(&scene);
@@ -100,7 +100,7 @@ fn flux_is_that_of_the_mean_texel() {
             .map(|path| {
                 let mut rng = Rng::new(Stream::Light, 4, path, 0);
                 let emission = emit.sample(&mut rng);
-                assert!(emission.ray.direction.y < 0.0, "the lamp looks down");
+                assert!(emission.ray.direction.y < 0.0, "the light faces down");
                 f64::from(emission.flux.x)
             })
             .collect();
@@ -113,12 +113,12 @@ fn flux_is_that_of_the_mean_texel() {
 
 /// Irradiance of a floor patch by light sampling, and by light paths that arrive in it.
 #[test]
-fn connections_and_light_paths_agree() {
+fn light_sampling_and_light_paths_bring_equal_irradiance() {
     for alpha in ALPHAS {
         let (scene, _) = light(alpha);
         let world = world(&scene);
         let features = world.features;
-        // A patch off the middle, where the brighter side of the lamp is nearer.
+        // A patch off the middle, nearer to the brighter side of the light.
         let (low, high) = (Vec3::new(0.2, 0.0, 0.1), Vec3::new(0.6, 0.0, 0.5));
         let sampled: Vec<f64> = (0..200_000)
             .map(|path| {
@@ -156,7 +156,7 @@ fn connections_and_light_paths_agree() {
 
 /// The camera sees the texels themselves, at the finest level from any distance.
 #[test]
-fn a_textured_lamp_shows_its_texels() {
+fn camera_sees_the_texels_of_a_textured_light() {
     let (scene, _) = light(Alpha::Whole);
     let config =
         RenderConfig { width: 64, height: 64, light_paths: Paths::Count(1), ..RenderConfig::default() };

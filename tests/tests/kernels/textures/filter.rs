@@ -1,4 +1,4 @@
-//! What a pixel shows of a texture: the mean over its area of what is lit, or what is lit of the mean.
+//! Two filters of a texture in a pixel: the mean of its lit texels, or the lighting of its mean texel.
 
 use caustics::image_file::Encoding;
 use caustics::metric::flip_ldr::flip_ldr;
@@ -10,12 +10,12 @@ use caustics_kernels::method::path::PATH;
 use caustics_tests::scenes::committed;
 use glam::DVec3;
 
-/// Size of the image (px), and by how much that of the reference is larger each way.
+/// Size of the image (px), and the factor by which the reference is larger each way.
 const WIDTH: usize = 96;
 const HEIGHT: usize = 54;
 const FINER: usize = 8;
 
-/// `textured-room` under direct light alone, which takes few samples: the mean of `samples` a pixel.
+/// `textured-room` under direct light alone, which takes few samples: the mean of `samples` per pixel.
 fn render(texture_filter: TextureFilter, scale: usize, samples: u32, seed: u32) -> Pixels {
     let (width, height) = (scale * WIDTH, scale * HEIGHT);
     let config = RenderConfig {
@@ -49,10 +49,10 @@ fn render(texture_filter: TextureFilter, scale: usize, samples: u32, seed: u32) 
     Pixels { width: WIDTH, height: HEIGHT, values }
 }
 
-/// The finest level under many rays is the image of eight times the size, averaged; there even a cone is an eighth as
-/// wide, so that the reference owes nothing to the filter under test. The level of the cone is another image.
+/// The finest level under many rays matches the image of eight times the size, averaged. There even a cone is an eighth
+/// as wide, so that the reference does not depend on the filter under test. The level of the cone gives another image.
 #[test]
-fn the_finest_level_is_the_supersampled_picture_and_the_cone_is_not() {
+fn finest_level_matches_8_times_supersampling_and_ray_cone_level_does_not() {
     let reference = render(TextureFilter::Cone, FINER, 4, 1);
     let compare = |filter, seed| {
         let image = render(filter, 1, 256, seed);
@@ -62,8 +62,8 @@ fn the_finest_level_is_the_supersampled_picture_and_the_cone_is_not() {
         (ratio, flip)
     };
     let (finest, cone) = (compare(TextureFilter::Finest, 2), compare(TextureFilter::Cone, 3));
-    // Rare paths find the lamp by the polished panel: 1.3 million leave 0.8 % of noise in a channel, and most of the FLIP of
-    // 0.04 that is left; the cone's is 0.066.
+    // Rare paths find the light by the polished panel. 1.3 million leave 0.8 % of noise in a channel, and most of the
+    // remaining FLIP of 0.04. The cone's FLIP is 0.066.
     assert!((finest.0 - 1.0).abs().max_element() < 0.02, "{}", finest.0);
     assert!(cone.1 > 1.4 * finest.1, "{} {}", cone.1, finest.1);
 }

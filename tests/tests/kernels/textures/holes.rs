@@ -1,4 +1,4 @@
-//! Cut-outs: holes let light through, in every tracer and for every kind of ray.
+//! Cut-outs let light through, in every tracer and for every kind of ray.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
@@ -12,8 +12,8 @@ use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
 use glam::{DVec3, Vec3};
 
-/// A floor under a far light, with a screen between of which every other square is open. Interpolated alpha is at the
-/// cut-off exactly on the squares' borders.
+/// A floor under a far light, with a screen between them in which every other square is open. Interpolated alpha is at
+/// the cut-off exactly on the squares' borders.
 fn screened(screen: bool, cutoff: f32) -> Scene {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));
@@ -26,7 +26,7 @@ fn screened(screen: bool, cutoff: f32) -> Scene {
         b.panel(leaves, DVec3::new(0.0, 0.5, 0.0), 4.0 * DVec3::Z, 4.0 * DVec3::X);
     }
     b.light(DVec3::new(0.0, 1000.0, 0.0), 1e6);
-    // From between floor and screen.
+    // View from between floor and screen.
     b.camera(DVec3::new(0.0, 0.45, 0.0), DVec3::ZERO, 1.2);
     b.build()
 }
@@ -45,13 +45,13 @@ fn half_open_screens_let_half_the_light_through() {
     println!("{half:.5} of {open:.5}");
     // The image shows about 2 x 2 squares of the shadow pattern, counted by pixels of 2 mm: borders take 1 %.
     assert!((half / open - 0.5).abs() < 0.01, "{half} of {open}");
-    // All of it is there, or nothing.
+    // A cut-off at or near 0 leaves no hole.
     assert!(light(&screened(true, 1e-6)) < 1e-3 * open);
     assert_eq!(light(&screened(true, 0.0)), 0.0);
 }
 
 #[test]
-fn holes_are_the_same_for_all_rays() {
+fn closest_hits_and_occlusion_see_the_same_holes() {
     let scene = screened(true, 0.5);
     let features = scene.features(0.25);
     assert!(features.has(Features::CUT_OUTS) && !screened(true, 0.0).features(0.25).has(Features::CUT_OUTS));
@@ -71,9 +71,9 @@ fn holes_are_the_same_for_all_rays() {
     assert!((share - 0.5).abs() < 1.5 / f64::from(count).sqrt(), "{share}");
 }
 
-/// Without the need, the code is dead and the screen whole.
+/// Without the feature the code is compiled out, and the screen is whole.
 #[test]
-fn holes_are_there_only_where_they_are_needed() {
+fn screen_is_opaque_without_the_cut_out_feature() {
     let scene = screened(true, 0.5);
     let mut tracer = scene.tracer(Features(0));
     for path in 0..1000 {
@@ -83,9 +83,9 @@ fn holes_are_there_only_where_they_are_needed() {
     }
 }
 
-/// The background is seen through holes and where nothing is; it lights nothing.
+/// The background is seen through holes and past all geometry; it lights nothing.
 #[test]
-fn background_is_seen_and_lights_nothing() {
+fn background_is_seen_directly_and_in_mirrors_and_lights_nothing() {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));
     let mirror = b.material(metal(0.8, 0.0));
@@ -115,7 +115,7 @@ fn background_is_seen_and_lights_nothing() {
     }
     println!("{free} pixels see it, {mirrored} in the mirror, {on_floor} not at all");
     assert!(free > 500 && mirrored > 300 && on_floor > 300);
-    // The file's own colour counts where the option says nothing.
+    // The file's own colour counts where the option is absent.
     let scene = Scene { background, ..scene };
     assert!(render(&scene, &config, "photons-grid", None, 0, 1).remove(0).0.path == bright.path);
 }

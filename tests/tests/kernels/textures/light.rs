@@ -43,13 +43,13 @@ fn flat_normal_maps_change_no_bit() {
     let (plain, flat) = (image(&plain), image(&flat));
     assert!(plain == flat);
     let tilted = image(&bumped(Some([150, 128, 252, 255])));
-    assert!(tilted != plain && plain.photons.iter().sum::<f32>() > 50.0, "the test has lost its subject");
+    assert!(tilted != plain && plain.photons.iter().sum::<f32>() > 50.0, "the test has nothing to check");
 }
 
-/// Tilt of `tilted`'s normals (rad): by its bytes.
+/// Bytes of the texel that tilts the normals of `tilted`.
 const TILT: (i32, i32) = (63, 110);
 
-/// A panel in the plane z = 0 whose normal map leans by 30 degrees towards -x.
+/// A panel in the plane z = 0 whose normal map tilts by 30 degrees towards -x.
 fn tilted(b: &mut Builder, material: Material) {
     let texel = [(128 - TILT.0) as u8, 128, (128 + TILT.1) as u8, 255];
     let normal = b.texture(Role::Normal, 1, 1, |_, _| texel);
@@ -69,10 +69,10 @@ fn slanting_beam() -> Beam {
     }
 }
 
-/// A mirror that leans by 30 degrees sends the beam straight up. Its flux is that of the face times
-/// |arriving . n_s| |leaving . n_g| / (|arriving . n_g| |leaving . n_s|) = cos 0 / cos 60.
+/// A mirror with normals tilted by 30 degrees sends the beam straight up. Its flux is that of the face times |arriving
+/// . n_s| |leaving . n_g| / (|arriving . n_g| |leaving . n_s|) = cos 0 / cos 60.
 #[test]
-fn a_leaning_mirror_scales_flux_by_the_adjoint_factor() {
+fn mirror_of_tilted_normals_scales_flux_by_the_adjoint_factor() {
     let mut b = Builder::default();
     tilted(&mut b, metal(1.0, 0.0));
     let catcher = b.material(lambert(0.5));
@@ -97,11 +97,11 @@ fn a_leaning_mirror_scales_flux_by_the_adjoint_factor() {
     assert!(photons.len() == 10_000 && (ratio / expected - 1.0).abs() < 1e-4, "{ratio} {expected}");
 }
 
-/// The same of a Lambertian: its radiance is albedo / pi cos 30 towards all that both normals face, whose projected
-/// solid angle is pi (1 + cos 30) / 2. Without the factor it is off by cos 60 / cos 30 = 0.58. A mirror above sends
-/// all back to a floor, so that it counts as a caustic.
+/// A Lambertian with tilted normals has the radiance albedo / pi cos 30 in all directions that both normals face. Their
+/// projected solid angle is pi (1 + cos 30) / 2. Without the factor it is off by cos 60 / cos 30 = 0.58. A mirror above
+/// returns all light to a floor, so that it counts as a caustic.
 #[test]
-fn a_leaning_lambertian_scatters_by_its_own_normal() {
+fn lambertian_of_tilted_normals_scatters_by_the_shading_normal() {
     let albedo = 0.9;
     let mut b = Builder::default();
     tilted(&mut b, lambert(albedo));
@@ -111,7 +111,8 @@ fn a_leaning_lambertian_scatters_by_its_own_normal() {
     b.camera(DVec3::new(0.0, 0.0, 0.5), DVec3::ZERO, 0.8);
     let scene = b.build();
     let tilt = f64::from(TILT.0).atan2(f64::from(TILT.1));
-    // What would leave below the face is turned round: over all directions the correction's mean is that of arriving.
+    // Directions below the face are flipped, so that the mean correction over all directions is that of the arriving
+    // light.
     let expected = f64::from(albedo) * (60_f64.to_radians() - tilt).cos() / 60_f64.to_radians().cos();
     let beam = slanting_beam();
     let ratios: Vec<f64> = (0..12)
@@ -131,6 +132,6 @@ fn a_leaning_lambertian_scatters_by_its_own_normal() {
         .collect();
     let (ratio, error) = mean_and_error(&ratios);
     println!("Lambertian: {ratio:.4} +- {error:.4}, expected {expected:.4}, 0.58 of it without the factor");
-    // 1e-4 for what passes beyond the mirror's rim.
+    // 1e-4 is for light that passes beyond the mirror's rim.
     assert!((ratio - expected).abs() < 3.0 * error + 1e-4 && error < 0.01 * expected);
 }

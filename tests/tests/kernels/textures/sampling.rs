@@ -1,4 +1,4 @@
-//! Filtered texels against an oracle of its own, and the level that a camera path chooses.
+//! Filtered texels against an independent oracle, and the level that a camera path chooses.
 
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
@@ -44,7 +44,7 @@ fn gallery() -> Scene {
     b.build()
 }
 
-/// A texel of a level, decoded in f64 by the standards' own formulas.
+/// A texel of a level, decoded in f64 by the formulas of the standards.
 fn texel(scene: &Scene, texture: &Texture, level: u32, x: i64, y: i64) -> [f64; 4] {
     let sizes = (0..=level)
         .map(|level| (i64::from(texture.width >> level).max(1), i64::from(texture.height >> level).max(1)));
@@ -95,9 +95,9 @@ fn oracle(scene: &Scene, texture: &Texture, uv: Vec2, lod: f64) -> [f64; 4] {
     std::array::from_fn(|k| a[k] * (1.0 - lod + finer) + b[k] * (lod - finer))
 }
 
-/// Coordinates to three periods off, footprints from nothing to more than the texture.
+/// Coordinates up to three periods off, and footprints from zero to more than the texture.
 #[test]
-fn samples_are_the_oracles() {
+fn filtered_texels_match_a_double_precision_oracle() {
     let scene = gallery();
     let tables = scene.tables().textures;
     for (id, texture) in scene.textures.textures.iter().enumerate() {
@@ -173,7 +173,7 @@ fn constant_textures_are_constant_at_every_level() {
     }
 }
 
-/// A camera path twice as long sees texels twice as wide.
+/// A camera path of twice the length sees texels of twice the width.
 #[test]
 fn level_grows_by_one_when_the_distance_doubles() {
     let mut b = Builder::default();
@@ -200,9 +200,9 @@ fn level_grows_by_one_when_the_distance_doubles() {
     }
 }
 
-/// What a collection point stores of a textured material is the material that paths saw, to the bit.
+/// A collection point stores the textured material that paths saw, to the bit.
 #[test]
-fn points_keep_the_material_that_paths_see() {
+fn collection_points_store_the_textured_material_to_the_bit() {
     let mut b = Builder::default();
     let color = b.texture(Role::Color, 16, 16, noise);
     let rough = b.texture(Role::Data, 16, 16, noise);
@@ -234,5 +234,5 @@ fn points_keep_the_material_that_paths_see() {
         assert_eq!(material_of(&point, &scene.materials, features), material);
         seen.insert(material.roughness.to_bits());
     }
-    assert!(seen.len() > 50, "the test has lost its subject");
+    assert!(seen.len() > 50, "the test has nothing to check");
 }

@@ -14,8 +14,8 @@ use std::f64::consts::PI;
 
 use super::config;
 
-/// The disc of a point seen directly has the area of its pixel's real footprint, from rays through the pixel's
-/// corners; 3 % for the spread that is one for all pixels and for footprints that are no parallelograms.
+/// The disc of a directly seen point has the area of its pixel's real footprint, by rays through the pixel's corners.
+/// 3 % is for the single spread of all pixels, and for footprints that are no parallelograms.
 #[test]
 fn disc_has_the_area_of_the_pixels_footprint() {
     let mut b = Builder::default();
@@ -51,7 +51,7 @@ enum Shape {
     Sphere,
 }
 
-/// What happens at a surface: reflection, or refraction with this index before over index behind.
+/// Event at a surface: reflection, or refraction with this index before over index behind.
 #[derive(Clone, Copy)]
 struct Event(Shape, Option<f64>);
 
@@ -89,7 +89,7 @@ impl Shape {
     }
 }
 
-/// The ray behind the events.
+/// Traces the ray through the events.
 fn traced(line: Line, events: &[Event]) -> Line {
     events.iter().fold(line, |line, Event(shape, eta)| {
         let (distance, normal) = shape.hit(line);
@@ -105,9 +105,10 @@ fn traced(line: Line, events: &[Event]) -> Line {
     })
 }
 
-/// Follows rays that meet the first surface at 10 to 60 degrees to a screen `screen` behind the last event, by the
-/// kernels, and compares the cone's width there with how far neighbouring rays of the oracle part: in the plane of
-/// incidence to 2 %, across it in print (one cone has one width). The facets leave 0.1 %, and 1.4 % at a focus.
+/// Follows rays that meet the first surface at 10 to 60 degrees, by the kernels, to `screen` behind the last event.
+/// Compares the cone's width there with the distance of the oracle's neighbouring rays: to 2 % in the plane of
+/// incidence. Across it the ratio is printed alone, because one cone has one width. Facets leave 0.1 %, and 1.4 % at a
+/// focus.
 fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f64) {
     let spread = 1e-4_f64;
     let (mut worst, mut worst_across) = (0.0_f64, 0.0_f64);
@@ -141,7 +142,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
                 &mut tally,
             )
         });
-        // Facets bend light a little otherwise than their sphere.
+        // Facets refract light slightly differently from their sphere.
         let near = |p: DVec3| (p - centre).length() < 5e-3;
         let depth = events.len() as u32 + 1;
         let collected = paths
@@ -181,7 +182,7 @@ fn compare(what: &str, things: &Builder, events: &[Event], eye: DVec3, screen: f
     assert!(worst < 0.02, "{what}: {worst}");
 }
 
-/// Behind a plane mirror the cone grows as if it were not there.
+/// Behind a plane mirror the cone grows as if the mirror were not there.
 #[test]
 fn cone_behind_a_plane_mirror_is_as_wide_as_neighbouring_rays_part() {
     let mut b = Builder::default();
@@ -198,7 +199,7 @@ fn ball(material: Material) -> Builder {
     b
 }
 
-/// A convex mirror spreads.
+/// A convex mirror widens the cone.
 #[test]
 fn cone_behind_a_convex_mirror_is_as_wide_as_neighbouring_rays_part() {
     let eye = DVec3::new(0.0, 1.0, 4.9);

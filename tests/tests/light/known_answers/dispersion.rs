@@ -31,10 +31,10 @@ fn reflectance(ior: f64, angle: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// A prism of 60 degrees, edges along z: parallel light leaves it in the direction of its channel by Snell's law at both faces,
-/// and as much of it as both let pass.
+/// A prism of 60 degrees, edges along z. Parallel light leaves it in the direction of its channel by Snell's law at
+/// both faces, attenuated by both transmittances.
 #[test]
-fn a_prism_bends_each_channel_by_its_index() {
+fn prism_deviates_each_channel_by_its_index() {
     let ior = 1.5;
     let mut b = Builder::default();
     let (wall, prism) = (b.material(lambert(1e-6)), b.material(flint(ior as f32)));
@@ -78,13 +78,13 @@ fn a_prism_bends_each_channel_by_its_index() {
         let channel = (0..3).find(|&channel| carried[channel] > 0.0).expect("it carries light");
         assert_eq!(carried[channel], carried.element_sum(), "a path has one channel");
         shares[channel] += f64::from(carried[channel]);
-        // By which the light turned, downwards.
+        // Angle by which the light turned, downwards.
         let leaving = -light.to_light.as_dvec3();
         let turn = tilt - leaving.y.atan2(leaving.x);
         let inside = (incidence.sin() / indices(ior)[channel]).asin();
         let exit = (indices(ior)[channel] * (FRAC_PI_3 - inside).sin()).asin();
         let expected = incidence + exit - FRAC_PI_3;
-        // Directions in f32, twice refracted.
+        // Directions are f32 and refracted twice.
         assert!((turn - expected).abs() < 2e-6 && leaving.z.abs() < 1e-6, "{channel}: {turn} {expected}");
         turns[channel] = turn;
     }
@@ -94,7 +94,7 @@ fn a_prism_bends_each_channel_by_its_index() {
         let inside = (incidence.sin() / ior).asin();
         let exit = (ior * (FRAC_PI_3 - inside).sin()).asin();
         let expected = (1.0 - reflectance(ior, incidence)) * (1.0 - reflectance(ior, exit));
-        // A third of the paths have the channel, and three times its light.
+        // A third of the paths have the channel, each with three times its light.
         let share = shares[channel];
         near(
             &format!("prism, channel {channel}"),
@@ -105,9 +105,9 @@ fn a_prism_bends_each_channel_by_its_index() {
     }
 }
 
-/// A dispersive slab passes of each channel (1-r)/(1+r) with that channel's r, as flux and as radiance.
+/// A dispersive slab transmits (1-r)/(1+r) of each channel with that channel's r, as flux and as radiance.
 #[test]
-fn a_slab_passes_each_channel_by_its_index() {
+fn dispersive_slab_transmits_each_channel_by_its_index() {
     let build = || {
         let mut b = above_a_floor();
         let slab = b.material(flint(2.0));
@@ -135,16 +135,16 @@ fn glass_in_a_dispersive_liquid_reflects_by_the_relative_index() {
     b.block(ice, DVec3::new(-2.0, -0.4, -2.0), DVec3::new(2.0, 0.4, 2.0), false);
     let passes = |ratio: f64| 1.0 - ((ratio - 1.0) / (ratio + 1.0)).powi(2);
     let expected = indices(2.0).map(|ior| passes(ior).powi(2) * passes(ior / 1.2).powi(2));
-    // Four bounces leave the straight path only.
+    // Four bounces leave only the straight path.
     let measured = radiance_through(b, 4, 16);
     for channel in 0..3 {
         near(&format!("channel {channel}"), measured[channel], expected[channel], 1e-5);
     }
 }
 
-/// What a light of one colour emits goes on whole: nothing is sampled of what it has not.
+/// Light of one colour keeps its channel: glass samples no channel that the light lacks.
 #[test]
-fn light_of_one_channel_stays_whole() {
+fn dispersive_glass_samples_no_channel_that_a_light_lacks() {
     let mut b = above_a_floor();
     let ball = b.material(flint(1.5));
     b.sphere(ball, DVec3::ZERO, 0.5, 96, 48);
@@ -156,9 +156,9 @@ fn light_of_one_channel_stays_whole() {
     assert!(photons.light.iter().all(|light| light.flux.x == 0.0 && light.flux.y == 0.0));
 }
 
-/// What is emitted is absorbed, or escapes: parting channels neither makes light nor loses any, path by path.
+/// Emitted flux is absorbed, or escapes: sampling channels neither creates nor loses light, path by path.
 #[test]
-fn the_ledger_of_dispersive_glass_closes() {
+fn ledger_balances_in_dispersive_glass() {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.6));
     let smooth = b.material(flint(1.5));
@@ -173,11 +173,11 @@ fn the_ledger_of_dispersive_glass_closes() {
     let world = World::new(&scene, &config);
     let energy = ledger(&world, &world.by_power(), 0);
     println!("{energy:?}");
-    // As of the sky: noise of what the floor scatters.
+    // As under a sky: noise of the floor's scattering.
     assert!(energy.residual.abs() < 4e-3, "{energy:?}");
 }
 
-/// Light that the scene's own lights start on the left of the scene: the beam's.
+/// Light that the scene's own lights emit on the left of the scene: the beam.
 struct OfBeam<'a, E>(&'a E);
 
 impl<E: Emit> Emit for OfBeam<'_, E> {
@@ -191,7 +191,7 @@ impl<E: Emit> Emit for OfBeam<'_, E> {
     }
 }
 
-/// Directions in which light enters the prism and leaves it again, by the channel that it has.
+/// Directions in which light enters the prism and leaves it, by its channel.
 #[derive(Default)]
 struct Images(Vec<(usize, DVec3, DVec3)>);
 
@@ -216,8 +216,8 @@ impl PhotonSink for Images {
     }
 }
 
-/// The three images of the beam in the scene `prism` are deviated by 2 asin(n sin(A / 2)) - A at the least, and at any incidence by
-/// Snell's law at both faces, each within 0.02 degrees.
+/// The scene `prism` deviates the three images of the beam by at least 2 asin(n sin(A / 2)) - A. At any incidence the
+/// deviation follows Snell's law at both faces. Each is within 0.02 degrees.
 #[test]
 fn images_of_the_scene_prism_are_deviated_by_their_index() {
     let scene = committed("prism");
@@ -260,15 +260,16 @@ fn images_of_the_scene_prism_are_deviated_by_their_index() {
     }
 }
 
-/// A light's highlight on dispersive glass has the hue of its Fresnel reflectances after 32 frames: each reflection shows all channels.
+/// A light's highlight on dispersive glass has the hue of its Fresnel reflectances after 32 frames, because each
+/// reflection shows all channels.
 #[test]
 fn a_highlight_on_dispersive_glass_has_its_hue_after_32_frames() {
     let mut b = Builder::default();
-    // What enters is absorbed, so that the ball's back shows nothing of the lamp.
+    // Light that enters is absorbed, so that the ball's back shows nothing of the light.
     let ball = b.material(Material { absorption: Vec3::splat(20.0), ..flint(1.5) });
     let light = b.material(emitter(50.0));
     b.sphere(ball, DVec3::ZERO, 1.0, 192, 96);
-    // Seen in the front of the ball under 30 degrees.
+    // Seen in the front of the ball at 30 degrees.
     let (to_light, to_eye) = (DVec3::new(3.0_f64.sqrt() / 2.0, 0.0, 0.5), DVec3::Z);
     let across = DVec3::new(0.5, 0.0, -3.0_f64.sqrt() / 2.0);
     b.panel(light, 6.0 * to_light, 2.5 * DVec3::Y, 2.5 * across);
@@ -277,7 +278,7 @@ fn a_highlight_on_dispersive_glass_has_its_hue_after_32_frames() {
     let (side, middle) = (64, (0.5_f64, 0.0));
     let config = RenderConfig { pixel_filter: PixelFilter::Box, ..config(side, side, 1) };
     let frames = render(&scene, &config, "photons-grid", None, 0, 32);
-    // The pixels around the point of mirror reflection, where the lamp's image covers 14 x 11.
+    // The pixels around the point of mirror reflection, where the light's image covers 14 x 11.
     let scale = 0.5 * f64::from(side) / (0.5_f64 * 0.45).tan();
     let (column, row) = (
         0.5 * f64::from(side) + scale * middle.0 / (6.0 - 0.75_f64.sqrt()),
@@ -297,14 +298,14 @@ fn a_highlight_on_dispersive_glass_has_its_hue_after_32_frames() {
     let mean = sum / f64::from(seen);
     let expected = DVec3::from(indices(1.5).map(|ior| 50.0 * reflectance(ior, 30.0_f64.to_radians())));
     println!("{mean:.4?} of {expected:.4?}");
-    // A path in 25 reflects, some hundred of these: the brightness has a deviation of 10 %, the hue has none.
-    assert!((mean.y / expected.y - 1.0).abs() < 0.3, "the highlight is not where it is looked for");
+    // A path in 25 reflects, some hundred of them here: the brightness has a deviation of 10 %, the hue has none.
+    assert!((mean.y / expected.y - 1.0).abs() < 0.3, "the highlight is not in these pixels");
     let hue = (mean / mean.y) / (expected / expected.y);
     assert!((hue - 1.0).abs().max_element() < 0.01, "{hue}");
     assert!((expected / expected.y - 1.0).abs().max_element() > 0.05, "hues differ");
 }
 
-/// A surface that is smooth dispersive glass in part has collection points of all channels.
+/// Collection points on a partly dispersive surface keep all channels.
 #[test]
 fn collection_points_on_dispersive_glass_keep_all_channels() {
     let mut b = Builder::default();

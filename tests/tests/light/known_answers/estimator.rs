@@ -15,8 +15,9 @@ use std::f64::consts::PI;
 
 use super::{above_a_floor, config, near};
 
-/// O7 by the kernels' own gather and resolve: points in the plane z = 0 over photons of density `flux(x, y)` per
-/// area in [-1, 1]^2, arriving straight. Mean of pi L / albedo over the points and its standard error.
+/// O7 by the kernels' own gather and resolve: points in the plane z = 0 over photons that arrive straight. Photons have
+/// the density `flux(x, y)` per area in [-1, 1]^2. Returns the mean of pi L / albedo over the points and its standard
+/// error.
 fn estimated(radius: f32, at: impl Fn(u32) -> (f32, f32), flux: impl Fn(f32, f32) -> f32) -> (f64, f64) {
     estimated_by(radius, at, |u, v| {
         let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
@@ -24,7 +25,7 @@ fn estimated(radius: f32, at: impl Fn(u32) -> (f32, f32), flux: impl Fn(f32, f32
     })
 }
 
-/// The same over photons that `path` makes of two uniform numbers: where, and their flux over density.
+/// Estimates over photons that `path` makes of two uniform numbers: their position, and their flux over density.
 fn estimated_by(
     radius: f32,
     at: impl Fn(u32) -> (f32, f32),
@@ -76,10 +77,10 @@ fn estimated_by(
     mean_and_error(&values)
 }
 
-/// O7: uniform light is exact, x^2 is off by r^2 / 4, an edge gives a half, a corner a quarter, and on a fold's edge
-/// 1 / sqrt(x) gives 1.113 / sqrt(r).
+/// O7: uniform light is exact, x^2 is off by r^2 / 4, an edge gives a half, a corner a quarter. At a fold's edge 1 /
+/// sqrt(x) gives 1.113 / sqrt(r).
 #[test]
-fn disc_estimates_as_its_bias_says() {
+fn disc_estimate_is_exact_on_even_light_and_off_by_r2_over_4_on_x2() {
     let scattered = |id: u32| {
         let u = Rng::new(Stream::Camera, 9, id, 0).next4();
         (1.4 * u.x - 0.7, 1.4 * u.y - 0.7)
@@ -98,7 +99,7 @@ fn disc_estimates_as_its_bias_says() {
     }
 }
 
-/// How many of the photons (1 W each, on Lambert) each point takes.
+/// Number of photons (1 W each, on Lambert) that each point takes.
 fn taken(points: &[PointGeometry], photons: &[PhotonGeometry]) -> Vec<u32> {
     let mut b = above_a_floor();
     b.light(DVec3::Y, 1.0);
@@ -144,17 +145,17 @@ fn photons_on(face: Vec<(Vec3, Vec3)>) -> Vec<PhotonGeometry> {
     face.into_iter().map(photon).collect()
 }
 
-/// Neither through a wall of half a radius, whose sides face apart, nor through a shelf half a radius above, which
-/// faces as the floor does, nor round a corner does a point take light; on its own face it does.
+/// A point takes light on its own face alone. It takes none through a wall of half a radius, whose sides face apart.
+/// Nor does it from a shelf half a radius above, which faces like the floor, or round a corner.
 #[test]
-fn discs_take_no_light_through_walls_and_round_corners() {
+fn discs_take_no_light_through_walls_or_round_corners() {
     let radius = 0.2;
     let points = || points_on(face(200, 0, Vec3::ZERO, Vec3::Z), radius);
     let light = |centre: Vec3, normal: Vec3| photons_on(face(20_000, 1, centre, normal));
     let max_taken = |photons: &[PhotonGeometry]| taken(&points(), photons).into_iter().max().unwrap();
-    assert!(max_taken(&light(Vec3::ZERO, Vec3::Z)) > 500, "the test has lost its subject");
+    assert!(max_taken(&light(Vec3::ZERO, Vec3::Z)) > 500, "the test has nothing to check");
     assert_eq!(max_taken(&light(Vec3::new(0.0, 0.0, -0.5 * radius), Vec3::NEG_Z)), 0, "through a wall");
-    assert_eq!(max_taken(&light(Vec3::ZERO, Vec3::NEG_Z)), 0, "through a sheet of no thickness");
+    assert_eq!(max_taken(&light(Vec3::ZERO, Vec3::NEG_Z)), 0, "through an open surface");
     assert_eq!(max_taken(&light(Vec3::new(0.0, 0.0, 0.5 * radius), Vec3::Z)), 0, "from a shelf");
     // The wall x = 0 stands on the floor and faces +x; points lie on both sides of its foot.
     let foot: Vec<_> = light(Vec3::ZERO, Vec3::X).into_iter().filter(|d| d.position.z > 0.0).collect();
@@ -163,8 +164,8 @@ fn discs_take_no_light_through_walls_and_round_corners() {
     assert_eq!(max_taken(&light(Vec3::ZERO, Vec3::NEG_X)), 0, "round a corner, the other way");
 }
 
-/// In a frame: a wall of half a radius parts a room with a mirror and a lamp from the viewer's half, which stays dark
-/// to the bit. Without the wall it does not.
+/// A wall of half a radius separates a room with a mirror and a light from the viewer's half. That half stays black to
+/// the bit; without the wall it is lit.
 #[test]
 fn wall_of_half_a_radius_lets_no_caustic_through() {
     let rendered = |wall| {
@@ -174,14 +175,14 @@ fn wall_of_half_a_radius_lets_no_caustic_through() {
     let (dark, lit) = (rendered(Some(0.01)), rendered(None));
     let centre = dark.radius[16 * 32 + 16];
     assert!(centre > 0.04, "the wall is 0.02 m thick, discs have {centre} m");
-    assert!(mean_of(&lit.caustics) > 1e-3, "the test has lost its subject");
+    assert!(mean_of(&lit.caustics) > 1e-3, "the test has nothing to check");
     assert!(dark.caustics.iter().all(|value| *value == Vec3::ZERO));
     assert!(dark.photons.iter().all(|count| *count == 0.0), "photons behind the wall are taken");
     assert!(dark.path.iter().all(|value| *value == Vec3::ZERO));
 }
 
-/// Irradiance over the exact one on a cylinder of radius 1 with `facets` under smooth normals, by discs of 0.05; mean over
-/// points anywhere on it and its standard error (from batches of photons).
+/// Irradiance over the exact one on a cylinder of radius 1 with `facets` under smooth normals, by discs of radius 0.05.
+/// Returns the mean over points anywhere on it, and its standard error from batches of photons.
 fn on_facets(facets: u32) -> (f64, f64) {
     let surface_point = |around: f64, y: f64| {
         let step = 2.0 * PI / f64::from(facets);
@@ -203,7 +204,7 @@ fn on_facets(facets: u32) -> (f64, f64) {
     let count = 30_000;
     let batches: Vec<f64> = (0..12)
         .map(|batch| {
-            // An even lattice (the plastic number's), shifted at random: each batch is unbiased, and sharp.
+            // An even lattice (of the plastic number), shifted at random: each batch is unbiased and has little noise.
             let shift = Rng::new(Stream::Light, 12, 0, batch).next4();
             let mut taken = 0_u32;
             for path in 0..count {
@@ -219,13 +220,13 @@ fn on_facets(facets: u32) -> (f64, f64) {
     mean_and_error(&batches)
 }
 
-/// The test of the disc loses nothing on smooth normals over facets 11 degrees apart.
+/// The disc test loses nothing on smooth normals over facets 11 degrees apart.
 #[test]
 fn disc_loses_nothing_on_smooth_normals_over_facets() {
     near("32 facets", on_facets(32), 1.0, 2e-3);
 }
 
-/// Unused words of the accumulator stay zero where no point is.
+/// Unused words of the accumulator stay zero without a point.
 #[test]
 fn pixels_without_a_point_take_nothing() {
     let points = vec![PointGeometry::default(); 4];
@@ -243,7 +244,7 @@ fn pixels_without_a_point_take_nothing() {
 mod long {
     use super::*;
 
-    /// Nor over finer facets; coarser ones are printed.
+    /// Finer facets lose nothing either; coarser ones are printed.
     #[test]
     #[ignore = "discs over six cylinders: ten seconds"]
     fn disc_loses_nothing_over_finer_facets() {

@@ -1,8 +1,8 @@
-//! O6: conic mirrors. A parabola sends parallel light to its focus, an ellipse its one focus to the other.
+//! O6: conic mirrors. A parabola sends parallel light to its focus, an ellipse the light of one focus to the other.
 //!
-//! Mirrors are facets under smooth normals. A facet of edge h lies off its mirror by up to h^2 k / 8 (k: curvature), and
-//! its interpolated unit normal is turned by the same order, so that light misses the focus by a length that falls
-//! with h^2; the tests print it and see it fall. Discs are chosen wider than that.
+//! Mirrors are facets under smooth normals. A facet of edge h lies off its mirror by up to h^2 k / 8 (k: curvature).
+//! Its interpolated unit normal is turned by the same order. Light misses the focus by a length that falls with h^2;
+//! the tests print this length and check its fall. Discs are chosen wider than that.
 
 use caustics_tests::direct::*;
 use caustics_tests::scenes::*;
@@ -18,8 +18,8 @@ fn reflectance(cos: f64) -> f64 {
     RHO + (1.0 - RHO) * (1.0 - cos).powi(5)
 }
 
-/// A piece of the paraboloid y = (x^2 + z^2) / 4, x in [0.4, 1.4], z in [-0.5, 0.5], of `count` x `count` squares: its
-/// focus is at (0, 1, 0), and nothing there shades it from above. Distance from the focus and flux of all light of
+/// A piece of the paraboloid y = (x^2 + z^2) / 4, x in [0.4, 1.4], z in [-0.5, 0.5], of `count` x `count` squares. Its
+/// focus is at (0, 1, 0); nothing there shades it from above. Returns distance from the focus and flux of all light of
 /// irradiance 1 that it sends to a plate at the focus.
 fn by_parabola(count: u32) -> Vec<(f64, f64)> {
     let mut b = Builder::default();
@@ -52,7 +52,7 @@ fn by_parabola(count: u32) -> Vec<(f64, f64)> {
     focused.map(|(g, flux)| ((g.position.as_dvec3() - DVec3::Y).length(), 200_000.0 * flux)).collect()
 }
 
-/// Mean flux within `radius` of all paths, of which some have brought nothing, and its standard error.
+/// Mean flux of all paths within `radius`, and its standard error; some paths bring nothing.
 fn within(paths: &[(f64, f64)], count: usize, radius: f64) -> (f64, f64) {
     let inside = paths.iter().filter(|(distance, _)| *distance <= radius).map(|(_, flux)| *flux);
     let mut all: Vec<f64> = inside.collect();
@@ -60,7 +60,7 @@ fn within(paths: &[(f64, f64)], count: usize, radius: f64) -> (f64, f64) {
     mean_and_error(&all)
 }
 
-/// Distance from the focus that 99.9 % of the light stays within.
+/// Distance from the focus within which 99.9 % of the light lies.
 fn spread(paths: &[(f64, f64)]) -> f64 {
     let mut distances: Vec<f64> = paths.iter().map(|(distance, _)| *distance).collect();
     distances.sort_by(f64::total_cmp);
@@ -68,7 +68,7 @@ fn spread(paths: &[(f64, f64)]) -> f64 {
 }
 
 /// O6: every disc at a parabola's focus holds all of rho x flux. 1e-3 is for rays at the piece's border, and for the
-/// shading normals' correction of flux, which averages to 1 over a facet to second order.
+/// flux correction of shading normals. This averages to 1 over a facet to second order.
 #[test]
 fn parabola_sends_all_light_to_its_focus() {
     let steps = 400;
@@ -90,8 +90,9 @@ fn parabola_sends_all_light_to_its_focus() {
     }
 }
 
-/// An ellipsoid of half axes 1.25, 0.75 and 0.75 with its foci at x = -1 and 1, a point light of 1 W/sr in one, and a
-/// cube of half edge `catcher` around the other: flux on it after one reflection, and its standard error.
+/// An ellipsoid of half axes 1.25, 0.75 and 0.75 with its foci at x = -1 and 1. A point light of 1 W/sr is in one
+/// focus, a cube of half edge `catcher` around the other. Returns the flux on the cube after one reflection, and its
+/// standard error.
 fn by_ellipse(segments: u32, catcher: f64) -> (f64, f64) {
     let mut b = Builder::default();
     let mirror = b.material(metal(RHO as f32, 0.0));
@@ -100,7 +101,7 @@ fn by_ellipse(segments: u32, catcher: f64) -> (f64, f64) {
     let at = |row: u32, segment: u32| {
         let (sin, cos) = (PI * f64::from(row) / f64::from(rows)).sin_cos();
         let (s, c) = (TAU * f64::from(segment % segments) / f64::from(segments)).sin_cos();
-        // Poles on the long axis: facets are finest where a focus is near.
+        // Poles on the long axis: facets are finest near the foci.
         let p = DVec3::new(1.25 * cos, 0.75 * sin * c, 0.75 * sin * s);
         (p, -p / DVec3::new(1.25 * 1.25, 0.75 * 0.75, 0.75 * 0.75))
     };

@@ -11,7 +11,8 @@ use std::f64::consts::PI;
 
 use super::{above_a_floor, config, near};
 
-/// Share of a beam straight down that reaches the floor through `filter` scatterings, and its standard error.
+/// Share of a beam straight down that reaches the floor by a number of scatterings that `filter` accepts, and its
+/// standard error.
 pub fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(u32) -> bool) -> (f64, f64) {
     let world = World::new(scene, &RenderConfig { max_bounces, ..config(8, 8, paths) });
     let beam = Beam {
@@ -28,8 +29,8 @@ pub fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(
     (share, (share * (1.0 - share) / f64::from(paths)).sqrt())
 }
 
-/// Radiance of an emitter of radiance 1 seen straight through a scene: mean over frames of 256 x 256 pixels, and
-/// its standard error from the pixels (each an independent path of the same expectation).
+/// Radiance of an emitter of radiance 1 seen straight through a scene: mean over frames of 256 x 256 pixels. Its
+/// standard error comes from the pixels; each is an independent path of the same expectation.
 pub fn radiance_through(mut builder: Builder, max_bounces: u32, frames: u32) -> [(f64, f64); 3] {
     let light = builder.material(emitter(1.0));
     builder.panel(light, DVec3::new(0.0, -1.5, 0.0), 2.0 * DVec3::Z, 2.0 * DVec3::X);
@@ -45,7 +46,7 @@ pub fn radiance_through(mut builder: Builder, max_bounces: u32, frames: u32) -> 
 
 /// O4: a thin wall of index 1.5 transmits T = (1-r)/(1+r), as flux and as radiance.
 #[test]
-fn thin_wall_transmits_what_a_slab_does() {
+fn thin_wall_transmits_as_much_as_a_slab() {
     let build = || {
         let mut b = above_a_floor();
         let thin = b.material(pane(1.5));
@@ -64,9 +65,9 @@ fn slab(absorption: Vec3, thickness: f64) -> Builder {
     b
 }
 
-/// O4: a slab with a volume and all bounces transmits the same. 30 bounces leave out 0.04^28.
+/// O4: a slab with a volume and all bounces transmits as much. 30 bounces leave out 0.04^28.
 #[test]
-fn slab_with_all_bounces_transmits_what_a_thin_wall_does() {
+fn slab_with_all_bounces_transmits_as_much_as_a_thin_wall() {
     let expected = 0.96 / 1.04;
     let scene = slab(Vec3::ZERO, 0.5).build();
     near("slab, flux", transmitted(&scene, 1_000_000, 30, |_| true), expected, 1e-5);
@@ -75,10 +76,10 @@ fn slab_with_all_bounces_transmits_what_a_thin_wall_does() {
     near("slab, flux without inner reflections", single, 0.96 * 0.96, 1e-5);
 }
 
-/// Light and radiance are absorbed by exp(-sigma t) at every crossing of a slab: with r the reflectance and a the
-/// absorption of one crossing, T = (1-r)^2 a / (1 - r^2 a^2).
+/// Light and radiance are absorbed by exp(-sigma t) at every crossing of a slab. With the reflectance r and the
+/// absorption a of one crossing, T = (1-r)^2 a / (1 - r^2 a^2).
 #[test]
-fn slab_absorbs_by_beer() {
+fn slab_absorbs_by_beers_law() {
     let sigma = Vec3::new(0.5, 1.0, 2.0);
     let through = |sigma: f32| {
         let a = (-f64::from(sigma) * 0.5).exp();
@@ -93,8 +94,8 @@ fn slab_absorbs_by_beer() {
     near("absorbing slab, flux, sigma 0.5", transmitted(&scene, 1_000_000, 30, |_| true), through(0.5), 1e-5);
 }
 
-/// A point light inside of an absorbing block lights a floor in it: the direct connection is absorbed too. Only paths
-/// that enter by refraction see the floor, and both scenes draw the same ones.
+/// A point light inside of an absorbing block lights a floor in it: direct light is absorbed too. Only paths that enter
+/// by refraction see the floor, and both scenes sample the same ones.
 #[test]
 fn direct_light_inside_a_medium_is_absorbed() {
     let seen = |sigma: f32| {
@@ -133,7 +134,7 @@ fn glass_in_water_reflects_by_the_relative_index() {
     let passes = |ratio: f64| 1.0 - ((ratio - 1.0) / (ratio + 1.0)).powi(2);
     let expected = passes(1.33).powi(2) * passes(1.5 / 1.33).powi(2);
     near("glass in water, flux", transmitted(&build().build(), 1_000_000, 12, |k| k == 4), expected, 1e-5);
-    // Four bounces leave the straight path only.
+    // Four bounces leave only the straight path.
     near("glass in water, radiance", radiance_through(build(), 4, 4)[0], expected, 1e-5);
 }
 
@@ -145,8 +146,8 @@ fn sphere_ray(b: f64) -> (f64, f64, f64) {
     (i, t, 1.0 - 0.5 * (s + p))
 }
 
-/// O5: share of parallel light on a sphere that reaches a floor `below` its centre within `radius` of the axis by two
-/// refractions; lengths in radii of the sphere.
+/// O5: share of parallel light on a sphere that reaches a floor `below` its centre within `radius` of the axis. Light
+/// takes two refractions; lengths are in radii of the sphere.
 pub fn within_on_floor(below: f64, radius: f64) -> f64 {
     let steps = 200_000;
     let ring = |step: i32| {
@@ -159,8 +160,8 @@ pub fn within_on_floor(below: f64, radius: f64) -> f64 {
     (0..steps).map(ring).sum()
 }
 
-/// O5: a glass sphere passes 0.8355 of parallel light by two refractions, and where it should. The beam is exactly
-/// parallel; 1e-3 is for 512 x 256 facets (their outline, and shading normals that face away at the rim).
+/// O5: a glass sphere transmits 0.8355 of parallel light by two refractions, to the expected positions. The beam is
+/// exactly parallel; 1e-3 is for 512 x 256 facets (their outline, and shading normals that face away at the rim).
 #[test]
 fn glass_sphere_transmits_and_focuses_parallel_light() {
     let mut b = Builder::default();
@@ -201,8 +202,8 @@ fn glass_sphere_transmits_and_focuses_parallel_light() {
     }
 }
 
-/// A point light in the middle of an absorbing glass ball meets its surface straight on, however often it is reflected
-/// back: T = (1 - r) a / (1 - r a^2) leaves, a = exp(-sigma R). The path starts inside of the glass.
+/// A point light in the middle of an absorbing glass ball meets its surface straight on at every reflection. T = (1 -
+/// r) a / (1 - r a^2) leaves, with a = exp(-sigma R). The path starts inside of the glass.
 #[test]
 fn light_that_starts_inside_of_glass_is_absorbed() {
     let mut b = Builder::default();
@@ -224,9 +225,9 @@ fn light_that_starts_inside_of_glass_is_absorbed() {
     near("ball around a light", (share, (share / f64::from(paths)).sqrt()), expected, 1e-3);
 }
 
-/// An eye inside of absorbing glass sees a lamp in it by Beer's law: L exp(-sigma d).
+/// A camera inside of absorbing glass sees a light in it by Beer's law: L exp(-sigma d).
 #[test]
-fn an_eye_inside_of_glass_sees_through_it() {
+fn camera_inside_absorbing_glass_sees_a_light_by_beers_law() {
     let mut b = Builder::default();
     let block = b.material(Material { absorption: Vec3::new(0.0, 0.5, 1.0), ..glass(1.5) });
     let light = b.material(emitter(1.0));

@@ -1,4 +1,4 @@
-//! An eye inside of glass: radiance from outside is n^2 (1 - F) times what it was, whatever stores the glass.
+//! A camera inside of glass: radiance from outside is n^2 (1 - F) times its value there, however the glass is stored.
 
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{EnvironmentMap, Scene};
@@ -27,7 +27,7 @@ fn fresnel(cos: f64, n: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// What an eye that looks along -z sees, over what `expected` says of the cosine between a pixel's direction and -z.
+/// Radiance seen along -z, over what `expected` returns for the cosine between a pixel's direction and -z.
 fn seen_over(scene: &Scene, max_bounces: u32, frames: u32, expected: impl Fn(f64) -> f64) -> (f64, f64) {
     let config = RenderConfig {
         width: SIDE,
@@ -57,14 +57,14 @@ fn seen_over(scene: &Scene, max_bounces: u32, frames: u32, expected: impl Fn(f64
     mean_and_error(&ratios)
 }
 
-/// In an even sky of radiance 1.
+/// Puts a scene under a uniform sky of radiance 1.
 fn under_a_sky(mut scene: Scene) -> Scene {
     scene.set_environment(EnvironmentMap::constant(Vec3::ONE)).expect("a sky");
     assert!(scene.features(0.25).has(Features::STARTS_IN_MEDIUM));
     scene
 }
 
-/// A block of 2 x 2 x 2 m around an eye that looks along -z.
+/// A block of 2 x 2 x 2 m around a camera that looks along -z.
 fn block(material: Material, fov: f32) -> Builder {
     let mut b = Builder::default();
     let solid = b.material(material);
@@ -74,33 +74,33 @@ fn block(material: Material, fov: f32) -> Builder {
 }
 
 #[test]
-fn an_eye_in_a_block_sees_n_squared_of_the_light_that_passes() {
+fn camera_in_a_block_sees_n_squared_times_the_transmitted_sky() {
     for n in [1.33, 1.5, 2.4] {
-        // Up to 0.33 rad at a corner, within what passes at an index of 2.4 (0.43 rad).
+        // Up to 0.33 rad at a corner, within the critical angle of an index of 2.4 (0.43 rad).
         let scene = under_a_sky(block(glass(n), 0.47).build());
         let n = f64::from(n);
         let seen = seen_over(&scene, 1, 16, |cos| n * n * (1.0 - fresnel(cos, n)));
         // f32: indices, Fresnel terms near the critical angle.
         near(&format!("n {n}, one bounce"), seen, 1.0, 1e-4);
-        // All that is reflected inside leaves through the opposite face, or comes back: 20 bounces leave out F^20.
+        // All light reflected inside leaves through the opposite face, or comes back: 20 bounces leave out F^20.
         let all = seen_over(&scene, 20, 4, |_| n * n);
         near(&format!("n {n}, all bounces"), all, 1.0, 1e-4);
     }
 }
 
 #[test]
-fn an_eye_in_a_tinted_block_sees_n_squared_of_the_lamp_that_passes() {
+fn camera_in_a_tinted_block_sees_n_squared_times_the_transmitted_light() {
     let mut b = block(Material { absorption: Vec3::splat(0.5), ..glass(1.5) }, 0.02);
     let light = b.material(emitter(1.0));
     b.panel(light, DVec3::new(0.0, 0.0, -3.0), 4.0 * DVec3::X, 4.0 * DVec3::Y);
     // 1.3 m to the face; 1e-4 is for the field of view.
     let expected = 2.25 * 0.96 * (-0.65f64).exp();
-    near("lamp", seen_over(&b.build(), 1, 16, |_| expected), 1.0, 1e-4);
+    near("area light", seen_over(&b.build(), 1, 16, |_| expected), 1.0, 1e-4);
 }
 
 /// Glass within water: two faces, each by its own index.
 #[test]
-fn an_eye_in_glass_in_water_sees_n_squared_of_the_light_that_passes_both() {
+fn camera_in_glass_in_water_sees_n_squared_times_the_light_transmitted_by_both() {
     let mut b = block(glass(1.5), 0.02);
     let water = b.material(glass(1.33));
     b.block(water, DVec3::splat(-2.0), DVec3::splat(2.0), false);
@@ -109,13 +109,13 @@ fn an_eye_in_glass_in_water_sees_n_squared_of_the_light_that_passes_both() {
     near("glass in water", seen_over(&scene, 2, 16, |_| expected), 1.0, 1e-4);
 }
 
-/// Below the open surface of a basin.
+/// A camera below the open surface of a basin.
 #[test]
-fn an_eye_below_the_surface_of_water_sees_n_squared_of_the_lamp_that_passes() {
+fn camera_under_water_sees_n_squared_times_the_transmitted_light() {
     let mut b = Builder::default();
     let (water, wall, light) = (b.material(glass(1.33)), b.material(lambert(0.0)), b.material(emitter(1.0)));
     b.block(wall, DVec3::NEG_ONE, DVec3::ONE, true);
-    // Its front looks away from the eye.
+    // Its front looks away from the camera.
     b.panel(water, DVec3::ZERO, 0.999 * DVec3::Y, 0.999 * DVec3::X);
     b.panel(light, DVec3::new(0.0, 0.0, -0.9), 0.9 * DVec3::X, 0.9 * DVec3::Y);
     b.camera(DVec3::new(0.0, 0.0, 0.5), DVec3::NEG_Z, 0.2);
@@ -123,7 +123,7 @@ fn an_eye_below_the_surface_of_water_sees_n_squared_of_the_lamp_that_passes() {
     near("water", seen, 1.0, 1e-4);
 }
 
-/// A block of glass, on a node of this transform, around an eye at (5, 0.2, 0.3).
+/// A block of glass on a node of this transform, around a camera at (5, 0.2, 0.3).
 fn on_a_node(transform: Value, moves: bool, copies: u64) -> Scene {
     let mut document = Document::default();
     let solid = document.material(document::glass(1.5));
@@ -138,7 +138,7 @@ fn on_a_node(transform: Value, moves: bool, copies: u64) -> Scene {
     if moves {
         document.animate(above, &[0.0, 1.0], &[centre, centre + DVec3::Y]);
     } else {
-        // Stored once: another node has it too, far away.
+        // Store it once: another node has the mesh too, far away.
         document.node(json!({ "mesh": mesh, "translation": [-50.0, 0.0, 0.0] }));
     }
     document.camera(centre + DVec3::new(0.0, 0.2, 0.3), 0.47);
@@ -146,7 +146,7 @@ fn on_a_node(transform: Value, moves: bool, copies: u64) -> Scene {
 }
 
 #[test]
-fn an_eye_in_a_block_that_is_an_instance_sees_what_one_in_a_copy_does() {
+fn camera_in_an_instanced_block_sees_as_much_as_in_a_copied_block() {
     let transforms = [
         ("as it is", json!({})),
         ("mirrored", json!({ "scale": [-1.0, 1.0, 1.0] })),

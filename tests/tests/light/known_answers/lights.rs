@@ -1,4 +1,4 @@
-//! Spot and directional lights: direct light, leaving rays, and both through mirrors and glass.
+//! Spot and directional lights: direct light, emitted rays, and both through mirrors and glass.
 
 use caustics::scene::Scene;
 use caustics_kernels::interface::features::Features;
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use super::glass::within_on_floor;
 use super::{config, near};
 
-/// A spot of 1.2 W/sr: where it stands, where it points, and its inner and outer angle (rad).
+/// A spot of 1.2 W/sr: its position, its direction, and its inner and outer angle (rad).
 const INTENSITY: f64 = 1.2;
 const AT: DVec3 = DVec3::new(0.3, 1.5, 0.2);
 const AXIS: DVec3 = DVec3::new(-0.36, -0.8, 0.48);
@@ -24,7 +24,7 @@ fn falloff((inner, outer): (f64, f64), angle: f64) -> f64 {
     ((angle.cos() - outer.cos()) / (inner.cos() - outer.cos())).clamp(0.0, 1.0).powi(2)
 }
 
-/// Intensity over an angle integrated to `angle` around the axis (W).
+/// Integral of the intensity over directions up to `angle` around the axis (W).
 fn flux_within(angle: f64) -> f64 {
     let steps = 100_000;
     let at = |step: i32| (f64::from(step) + 0.5) / f64::from(steps) * angle;
@@ -56,8 +56,8 @@ fn emissions(world: &World<'_>, count: u32) -> Vec<EmissionSample> {
     (0..count).map(start).collect()
 }
 
-/// Direct light of a spot is I falloff cos / d^2 in every pixel: in the inner cone, in the falloff and outside. One
-/// light is chosen with certainty, so that there is no noise; 1e-5 of the brightest is for f32.
+/// Direct light of a spot is I falloff cos / d^2 in every pixel: in the inner cone, in the falloff and outside. The
+/// single light is chosen with certainty, so that there is no noise; 1e-5 of the brightest is for f32.
 #[test]
 fn spot_lights_a_floor_by_its_falloff() {
     let scene = lit_floor(spot);
@@ -78,11 +78,11 @@ fn spot_lights_a_floor_by_its_falloff() {
         assert_eq!(radiance == 0.0, angle > ANGLES.1 + 1e-6 || expected == 0.0);
     }
     println!("{seen:?} pixels in the inner cone, in the falloff, outside");
-    assert!(seen.iter().all(|&count| count > 100), "the test has lost its subject");
+    assert!(seen.iter().all(|&count| count > 100), "the test has nothing to check");
 }
 
-/// Leaving rays carry the same intensity: flux within discs across the axis, and in all the scene's flux. The flux
-/// of single rays is bounded by the falloff, so that its own scatter gives the standard error.
+/// Emitted rays carry the same intensity: flux within discs across the axis, and in the scene's total flux. The falloff
+/// bounds the flux of single rays, so that its own scatter gives the standard error.
 #[test]
 fn spot_sends_its_flux_through_discs_across_its_axis() {
     let scene = lit_floor(spot);
@@ -103,7 +103,7 @@ fn spot_sends_its_flux_through_discs_across_its_axis() {
 
 /// A narrow spot, and one as wide as glTF allows, light the centre of their floor with I / d^2.
 #[test]
-fn spots_of_any_width_light_their_axis() {
+fn spots_of_any_width_have_their_intensity_on_the_axis() {
     for (inner, outer) in [(0.0, 1e-3), (1e-3, 2e-3), (0.0, 0.5 * PI)] {
         let scene = lit_floor(|b| b.spot(2.0 * DVec3::Y, DVec3::NEG_Y, inner, outer, 3.0));
         let mut world = World::new(&scene, &config(1, 1, 1));
@@ -121,7 +121,7 @@ fn spots_of_any_width_light_their_axis() {
     }
 }
 
-/// Directional light is E cos on every floor, at any distance, and nothing where it comes from behind.
+/// Directional light is E cos on every floor at any distance, and zero where it comes from behind.
 #[test]
 fn directional_light_falls_by_the_cosine() {
     for degrees in [0.0_f64, 30.0, 60.0, 85.0] {
@@ -138,7 +138,7 @@ fn directional_light_falls_by_the_cosine() {
     assert!(World::new(&behind, &config(8, 8, 1)).collect().iter().all(|c| c.light.radiance.x == 0.0));
 }
 
-/// What stands in the way shades: a plate of a quarter of the floor's width, far above it.
+/// A plate of a quarter of the floor's width, far above it, casts its shadow.
 #[test]
 fn directional_light_casts_sharp_shadows_from_afar() {
     let build = |height: f64| {
@@ -153,7 +153,7 @@ fn directional_light_casts_sharp_shadows_from_afar() {
         for collected in World::new(&scene, &config(24, 24, 1)).collect() {
             let p = collected.point.geometry.position;
             let edge = p.x.abs().max(p.z.abs()) - 0.5;
-            // A plate far away has a clearance of its own: leave the border out.
+            // A plate far away has a clearance of its own: skip the border.
             if edge.abs() > 1e-3 {
                 assert_eq!(collected.light.radiance.x > 0.0, edge > 0.0, "{height}: {p}");
             }
@@ -161,8 +161,8 @@ fn directional_light_casts_sharp_shadows_from_afar() {
     }
 }
 
-/// Small plates in the corners of a large room receive E cos A of the paths' flux, whatever the direction: the disc
-/// that paths start on covers the whole scene. So does a plate alone. Three standard errors of the binomial law.
+/// Small plates in the corners of a large room receive E cos A of the paths' flux in any direction. The disc of the
+/// starts covers the whole scene; a plate alone receives as much. Three standard errors of the binomial law.
 #[test]
 fn directional_paths_reach_every_corner_of_the_scene() {
     let paths = 400_000;
@@ -206,7 +206,7 @@ fn directional_paths_reach_every_corner_of_the_scene() {
                     scene.triangles[id].a
                 );
             }
-            assert!(expected / one > 100.0 * d.y.abs(), "the test has lost its sharpness");
+            assert!(expected / one > 100.0 * d.y.abs(), "the standard error is too large");
         }
     }
 }
@@ -242,11 +242,11 @@ fn plane_mirror_makes_a_virtual_spot() {
     let measured: Vec<f64> =
         frames.iter().map(|(p, _)| mean_of(&p.caustics) * PI / f64::from(albedo)).collect();
     let (mean, error) = mean_and_error(&measured);
-    assert!(error < 0.01 * expected, "the test has lost its sharpness");
+    assert!(error < 0.01 * expected, "the standard error is too large");
     near("virtual spot", (mean, error), expected, 0.0);
 }
 
-/// The same with a directional light: a mirror at 45 degrees sends rho E across to the wall beside it.
+/// O2 with a directional light: a mirror at 45 degrees sends rho E across to the wall beside it.
 #[test]
 fn plane_mirror_turns_directional_light() {
     let mut b = Builder::default();
@@ -272,8 +272,8 @@ fn plane_mirror_turns_directional_light() {
     }
 }
 
-/// O5 with a light of the scene: parallel light from a directional light through a glass sphere of index 1.5, on the
-/// floor 1.2 R below its centre. 1e-3 pi is for 512 x 256 facets.
+/// O5 with a directional light of the scene through a glass sphere of index 1.5, on the floor 1.2 R below its centre.
+/// 1e-3 pi is for 512 x 256 facets.
 #[test]
 fn glass_sphere_focuses_a_directional_light() {
     let mut b = Builder::default();
@@ -304,10 +304,10 @@ fn glass_sphere_focuses_a_directional_light() {
     }
 }
 
-/// With all kinds in one scene each is chosen by its share of the power: light paths bring each its own flux, and
-/// direct connections sum to the light of all.
+/// With all kinds in one scene each light is chosen by its share of the power. Light paths bring the flux of each
+/// light; light samples sum to the light of all.
 #[test]
-fn lights_of_every_kind_share_paths_and_connections() {
+fn lights_of_every_kind_are_sampled_by_their_share_of_the_power() {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.5));
     let light = b.material(emitter(2.0));
@@ -322,7 +322,7 @@ fn lights_of_every_kind_share_paths_and_connections() {
         Features::AREA_LIGHTS | Features::POINT_LIGHTS | Features::SPOT_LIGHTS | Features::DIRECTIONAL_LIGHTS;
     assert_eq!(scene.features(0.25), every | Features::RECEIVERS);
 
-    // What reaches the origin: area (8e-4 W/sr at 3 m), point, spot, directional.
+    // Light at the origin: area (8e-4 W/sr at 3 m), point, spot, directional.
     let spot = 0.7 * 0.8_f64.sqrt() / 1.25;
     let irradiance = 2.0 * 4e-4 / 9.0 + 0.1 / 4.0 + spot + 0.05 * 0.8;
     let world = World::new(&scene, &config(200, 200, 1));

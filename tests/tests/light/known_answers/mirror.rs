@@ -25,14 +25,14 @@ fn plane_mirror_makes_a_virtual_light() {
     virtual_light(0.0);
 }
 
-/// The same on a floor of which 60 % is a mirror and the rest takes photons: a point is made by the probability of its class,
-/// and divided by it once.
+/// O2 on a floor of which 60 % is a mirror and the rest takes photons. A point is created with the probability of its
+/// class, and divided by it once.
 #[test]
-fn a_mixture_takes_its_share_of_the_virtual_light() {
+fn floor_of_60_percent_mirror_takes_40_percent_of_the_virtual_light() {
     virtual_light(0.6);
 }
 
-/// Irradiance on a floor with this share of perfect metal, which itself mirrors everything out of sight.
+/// Checks the irradiance on a floor with this share of perfect metal, which itself mirrors all light out of sight.
 fn virtual_light(metallic: f32) {
     let (rho, intensity, base) = (0.8, 5.0, 0.5);
     let mut b = Builder::default();
@@ -72,11 +72,11 @@ fn virtual_light(metallic: f32) {
         frames.iter().map(|(image, _)| mean_of(&image.caustics) * PI / f64::from(albedo)).collect();
     let (mean, error) = mean_and_error(&measured);
     println!("E = {mean:.5} +- {error:.5} W/m^2, expected {mirrored:.5}");
-    assert!(error < 0.01 * mirrored, "the test has lost its sharpness");
+    assert!(error < 0.01 * mirrored, "the standard error is too large");
     assert!((mean - mirrored).abs() < 3.0 * error);
 }
 
-/// A glass ball, a metal ring and a lamp before a perfect mirror in the plane z = -1.
+/// A glass ball, a metal ring and a light before a perfect mirror in the plane z = -1.
 fn before_a_mirror() -> (Scene, u32) {
     let mut b = Builder::default();
     let floor = b.material(lambert(0.7));
@@ -94,7 +94,7 @@ fn before_a_mirror() -> (Scene, u32) {
     (b.build(), mirror)
 }
 
-/// What the camera mirrored at z = `plane` collects at the pixels in which the eye sees the mirror.
+/// Collection points of the camera mirrored at z = `plane`, at the pixels in which the original camera sees the mirror.
 fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Collected>> {
     let params = &world.params;
     let shorter =
@@ -111,7 +111,7 @@ fn mirrored_view(world: &World<'_>, mirror: u32, plane: f64) -> Vec<Option<Colle
             if hit.is_miss() || world.scene.surfaces[hit.triangle as usize].material != mirror {
                 return None;
             }
-            // The mirrored path draws eight numbers less: those of the mirror's vertex.
+            // The mirrored path samples eight numbers less: those of the mirror's vertex.
             rng.next4();
             rng.next4();
             let direction = ray.direction.as_dvec3();
@@ -143,7 +143,7 @@ fn relative(a: Vec3, b: Vec3) -> f32 {
     (a - b).length() / b.length().max(1e-20)
 }
 
-/// Pixels in the mirror: those whose paths agree to 1e-4, and how far they do.
+/// Pixels in the mirror whose paths agree to 1e-4, and their differences.
 struct Views<'a> {
     pairs: Vec<(&'a Collected, &'a Collected)>,
     in_mirror: usize,
@@ -174,9 +174,9 @@ fn compare_views<'a>(seen: &'a [Collected], mirrored: &'a [Option<Collected>]) -
     views
 }
 
-/// The comparison of O3 sees a mirror that is 1 mm off.
+/// The comparison of O3 detects a mirror that is 1 mm off.
 #[test]
-fn a_mirror_that_is_a_millimetre_off_is_detected() {
+fn detects_a_mirror_that_is_1_mm_off() {
     let (scene, mirror) = before_a_mirror();
     let world = World::new(&scene, &config(48, 32, 1));
     let (seen, off) = (world.collect(), mirrored_view(&world, mirror, -0.999));
@@ -184,9 +184,9 @@ fn a_mirror_that_is_a_millimetre_off_is_detected() {
     assert!(views.parted * 10 > views.in_mirror * 9, "{} of {}", views.parted, views.in_mirror);
 }
 
-/// O3, the mission's own test: a view through a perfect plane mirror is the view of the mirrored camera.
+/// O3: the view in a perfect plane mirror is the view of the mirrored camera.
 #[test]
-fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
+fn view_in_a_perfect_mirror_equals_the_view_of_the_mirrored_camera() {
     let (scene, mirror) = before_a_mirror();
     let world = World::new(&scene, &config(96, 64, 40_000));
     let seen = world.collect();
@@ -196,8 +196,8 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
         ..world.params
     };
 
-    // Keep the pixels that show the mirror, and of those the paths that take the same turns: an ulp decides
-    // between reflection and refraction, or at an object's outline, in one path of hundreds.
+    // Keep the pixels that show the mirror, and of those the paths that take the same turns. In one path of hundreds an
+    // ulp decides between reflection and refraction, or at an object's outline.
     let Views { pairs, in_mirror, parted, worst } = compare_views(&seen, &mirrored);
     let points = pairs.iter().filter(|(a, _)| a.point.geometry.depth > 0).count();
     let deep = pairs.iter().filter(|(a, _)| a.point.geometry.depth > 2).count();
@@ -206,10 +206,10 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
          largest differences: position {:e}, radius {:e}, normal {:e}, throughput {:e}",
         worst[0], worst[1], worst[2], worst[3]
     );
-    assert!(in_mirror > 2000 && points > 1500 && deep > 100, "the test has lost its subject");
+    assert!(in_mirror > 2000 && points > 1500 && deep > 100, "the test has nothing to check");
     assert!(parted * 500 <= in_mirror, "{parted} of {in_mirror} paths parted: more than 0.2 %");
 
-    // Non-caustic light: the same but for shadow rays that graze an edge.
+    // Light without caustics is equal except for shadow rays that graze an edge.
     let differs = |(a, b): &&(&Collected, &Collected)| {
         (a.light.radiance - b.light.radiance).length() > 1e-3 * (a.light.radiance.length() + 1e-3)
     };
@@ -217,7 +217,7 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
     println!("{radiances} pixels' path radiance differs by more than 1e-3");
     assert!(radiances * 200 <= in_mirror);
 
-    // The same light paths, gathered over both sets of points.
+    // Gather the same light paths over both sets of points.
     let photons = world.shoot(&world.by_power());
     let split = |pick: &dyn Fn(&(&Collected, &Collected)) -> Collected| -> (Vec<_>, Vec<_>) {
         pairs.iter().map(|pair| (pick(pair).point.geometry, pick(pair).point.shading)).unzip()
@@ -237,7 +237,7 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
         })
         .collect();
 
-    // A photon that only one of the two takes lies at the bound of the disc, or of what its normal may be.
+    // A photon that only one of the two takes lies at the bound of the disc, or of the test of normals.
     let (mut taken, mut only_one) = (0, 0);
     for (pixel, (g, h)) in near.iter().zip(&far).enumerate() {
         let (mut common, mut different) = (0, 0);
@@ -266,7 +266,7 @@ fn view_through_a_perfect_mirror_is_the_mirrored_cameras() {
     }
     let (a, b) = (mean_of(&images[0]), mean_of(&images[1]));
     println!("{taken} photons taken by both, {only_one} by one; mean caustic {a:.6} and {b:.6}");
-    assert!(taken > 2000, "the test has lost its subject: {taken}");
+    assert!(taken > 2000, "the test has nothing to check: {taken}");
     assert!(only_one * 1000 <= taken, "{only_one} of {taken} differ");
     assert!((a / b - 1.0).abs() < 2e-3);
 }

@@ -1,4 +1,4 @@
-//! A plain that is huge beside what stands on it changes nothing there.
+//! A huge plain does not change the light of small objects on it.
 
 use super::*;
 use caustics::scene::Scene;
@@ -43,8 +43,8 @@ fn ball(centre: DVec3, radius: f64) -> Mesh {
         .collect()
 }
 
-/// A block, a glass ball and a metal ball of 0.3 m on a floor of +- `half` m, below a lamp without a size; all of it is
-/// tilted, in f64. Lengths are multiplied by `scale`.
+/// A block, a glass ball and a metal ball of 0.3 m on a floor of +- `half` m, below a point light. All of it is tilted,
+/// in f64; lengths are multiplied by `scale`.
 fn plain(half: f64, tilt_degrees: f64, scale: f64) -> Scene {
     let meshes = [
         panel(DVec3::ZERO, half * DVec3::Z, half * DVec3::X),
@@ -97,7 +97,7 @@ fn plain(half: f64, tilt_degrees: f64, scale: f64) -> Scene {
     Scene::load(&file).unwrap()
 }
 
-/// Frames of one image: few paths take another turn where rays are rounded otherwise, and each weighs as many photons.
+/// Frames of one image. Where rays round differently a few paths take another turn, and each moves many photons.
 const FRAMES: u32 = 16;
 
 /// Sums of the path-traced light and of the caustics.
@@ -126,8 +126,9 @@ fn is_as_a_small_one(choice: &RunnerChoice) {
     let mut faults = Vec::new();
     for tilt in [0.0, 10.0, 37.0] {
         let small = means(&plain(20.0, tilt, 1.0), choice);
-        assert!(small[1] > 0.02 * small[0], "the test has lost its subject: {small:?}");
-        // The bounds; the paths are the same, so that a few of them that take another turn are all the noise.
+        assert!(small[1] > 0.02 * small[0], "the test has nothing to check: {small:?}");
+        // Bounds for plains of 20 and 200 km. The paths are the same, so that the few that take another turn are all
+        // the noise.
         for (half, bound) in [(2e4, 0.003), (2e5, 0.01)] {
             let scene = plain(half, tilt, 1.0);
             let huge = means(&scene, choice);
@@ -147,14 +148,15 @@ fn is_as_a_small_one(choice: &RunnerChoice) {
 }
 
 #[test]
-fn a_plain_of_any_size_is_lit_as_a_small_one() {
+fn objects_on_a_plain_of_200_km_are_lit_as_on_a_small_one() {
     is_as_a_small_one(&RunnerChoice::Cpu { threads: 0 });
 }
 
 #[test]
-fn a_plain_of_any_size_is_lit_as_a_small_one_on_a_gpu() {
+fn objects_on_a_huge_plain_are_lit_as_on_a_small_one_on_a_gpu() {
     let Some(gpu) = gpu() else { return };
-    // The software tracer is the CPU's; compiling for another dozen scenes takes a software driver minutes.
+    // Take ray queries where available: the CPU test covers the software tracer, which takes a software driver minutes
+    // to compile for another dozen scenes.
     let hardware = gpu.tracers().contains(&true);
     let (small, huge) = (plain(20.0, 37.0, 1.0), plain(2e5, 37.0, 1.0));
     let [small, huge] = [(&small, &RunnerChoice::Cpu { threads: 0 }), (&huge, &gpu.choice(hardware))]
@@ -164,9 +166,9 @@ fn a_plain_of_any_size_is_lit_as_a_small_one_on_a_gpu() {
     assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.01), "{ratios:?}");
 }
 
-/// Splitting knows no metres: lengths times powers of two give the same bits.
+/// Splitting of large triangles has no unit of length: lengths times powers of two give the same bits.
 #[test]
-fn a_huge_plain_does_not_depend_on_the_unit_of_length() {
+fn image_of_a_huge_plain_does_not_depend_on_the_unit_of_length() {
     let frame = |scale: f64| {
         let scene = plain(2e5, 37.0, scale);
         let config = config(64, 48, 20_000);
@@ -174,7 +176,7 @@ fn a_huge_plain_does_not_depend_on_the_unit_of_length() {
         (scene.triangles.len(), image.path, image.caustics)
     };
     let plain = frame(1.0);
-    assert!(mean_of(&plain.2) > 0.0 && plain.0 > 2000, "the test has lost its subject");
+    assert!(mean_of(&plain.2) > 0.0 && plain.0 > 2000, "the test has nothing to check");
     for exponent in [-10, 11] {
         assert!(plain == frame(2f64.powi(exponent)), "lengths x 2^{exponent}");
     }

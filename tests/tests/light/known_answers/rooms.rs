@@ -11,9 +11,9 @@ use glam::{DVec3, Vec3};
 
 use super::{config, near};
 
-/// No caster: the caustic layer is exactly zero and no light path is shot, whatever the needs.
+/// No caster: the caustic layer is exactly zero and no light path is traced, with any features.
 #[test]
-fn plain_room_has_no_caustic_and_shoots_no_light_path() {
+fn room_without_casters_has_no_caustics_and_traces_no_light_path() {
     let scene = committed("plain-room");
     for features in [None, Some(Features::ALL)] {
         let (image, counters) =
@@ -27,10 +27,11 @@ fn plain_room_has_no_caustic_and_shoots_no_light_path() {
     }
 }
 
-/// A closed room whose walls emit 1 and reflect a half holds radiance sum 0.5^k = 2 everywhere; lossless things in
-/// it are invisible. 1e-3 is for paths that glass makes longer than 20 bounces and for discs cut by the room's edges.
+/// A closed room whose walls emit 1 and reflect a half has the radiance sum 0.5^k = 2 everywhere; lossless objects in
+/// it are invisible. 1e-3 is for paths that glass makes longer than 20 bounces, and for discs that the room's edges
+/// cut.
 #[test]
-fn lossless_things_in_a_uniform_room_are_invisible() {
+fn lossless_objects_in_a_uniform_room_are_invisible() {
     let mut b = Builder::default();
     let wall = b.material(Material { emission: Vec3::ONE, ..lambert(0.5) });
     let ball = b.material(glass(1.5));
@@ -47,15 +48,16 @@ fn lossless_things_in_a_uniform_room_are_invisible() {
     let sums: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.path) + mean_of(&p.caustics)).collect();
     let caustics: Vec<f64> = frames.iter().map(|(p, _)| mean_of(&p.caustics)).collect();
     println!("caustic part {:.4}", mean_and_error(&caustics).0);
-    assert!(mean_and_error(&caustics).0 > 0.05, "the test has lost its subject");
+    assert!(mean_and_error(&caustics).0 > 0.05, "the test has nothing to check");
     near("uniform room", mean_and_error(&sums), 2.0, 2e-3);
 }
 
-/// A closed room whose walls emit 1 and reflect a colour holds the sum of its powers everywhere, of as many as paths have
-/// bounces. Paths end at random where little is left of what left their first wall, 0.6 in the brightest channel: at the third
-/// scattering with 1 - 0.6^3 / 0.3, and with 1 - 0.6 at each behind it, where 0.3 came.
+/// The walls of a closed room emit 1 and reflect a colour. The radiance is the sum of the colour's powers, up to the
+/// number of bounces. Russian roulette ends paths whose throughput is below 0.3, half of that behind the first wall,
+/// 0.6 in the brightest channel. They end at the third scattering with a probability of 1 - 0.6^3 / 0.3, and at each
+/// later one with 1 - 0.6.
 #[test]
-fn paths_in_a_coloured_room_end_by_chance_and_lose_nothing() {
+fn russian_roulette_in_a_coloured_room_is_unbiased() {
     const BOUNCES: u32 = 12;
     let albedo = [0.6, 0.3, 0.1];
     let mut b = Builder::default();
@@ -82,10 +84,11 @@ fn paths_in_a_coloured_room_end_by_chance_and_lose_nothing() {
     near("rays of a path", mean_and_error(&counted), rays, 5e-3);
 }
 
-/// Lossless things of few facets with smooth normals show the radiance of a glowing room in every pixel: no dark dashes where
-/// the shading normal faces away, nor where it sends light into the face. Lambert in the mean, by direct light.
+/// Lossless objects of few facets with smooth normals show the radiance of a glowing room in every pixel. No pixel is
+/// dark where the shading normal faces away, or where it sends light into the face. Lambert shows it on average, by
+/// direct light.
 #[test]
-fn coarse_smooth_things_in_a_glowing_room_have_no_dark_dashes() {
+fn coarse_smooth_meshes_in_a_glowing_room_have_no_dark_pixels() {
     for (name, material) in [("mirror", metal(1.0, 0.0)), ("glass", glass(1.5)), ("lambert", lambert(1.0))] {
         let mut b = Builder::default();
         let (wall, thing) = (b.material(emitter(1.0)), b.material(material));
@@ -98,8 +101,8 @@ fn coarse_smooth_things_in_a_glowing_room_have_no_dark_dashes() {
         let total = image.path.len() as f64;
         let dark = image.path.iter().filter(|v| v.x < 0.5).count() as f64 / total;
         println!("{name}: mean {:.5}, dark pixels {dark:.5}", mean_of(&image.path));
-        // A ray may slip through an edge, and a path through glass be longer than the limit; one sample a pixel of direct light has a noise of about 0.4 on
-        // the third of the image that Lambert fills: four standard errors.
+        // A ray may slip through an edge, and a path through glass may exceed the length limit. One sample a pixel of
+        // direct light has a noise of about 0.4 on the third of the image that Lambert fills: four standard errors.
         let bound = match name {
             "mirror" => 1e-3,
             "glass" => 0.02,
@@ -110,8 +113,8 @@ fn coarse_smooth_things_in_a_glowing_room_have_no_dark_dashes() {
     }
 }
 
-/// The same with black walls: every pixel shows exactly 1, through glass and mirrors, but for paths that end at the
-/// length limit.
+/// With black walls every pixel shows exactly 1, through glass and mirrors, except for paths that end at the length
+/// limit.
 #[test]
 fn glass_in_a_black_glowing_room_shows_its_radiance_in_every_pixel() {
     let mut b = Builder::default();

@@ -1,4 +1,4 @@
-//! Rough glass in scenes: light found through it by connections and by refraction, and absorbed behind it.
+//! Rough glass in scenes: light found through it by light sampling and by refraction, and absorbed behind it.
 
 use caustics::render_config::{Radius, RenderConfig};
 use caustics::scene::Scene;
@@ -36,7 +36,7 @@ fn seen_from_above(material: Material, eta: f32) -> (Bsdf, DielectricInterface) 
     Bsdf::new(material, Vec3::Z, Indices::new(eta), 0.25, Classes::ALL, false, Features::ALL)
 }
 
-/// Mean weight of what this material transmits at normal incidence.
+/// Mean weight of transmitted samples of this material at normal incidence.
 fn transmitted(material: Material, eta: f32) -> f64 {
     use caustics_kernels::math::rng::{Rng, Stream};
     let (surface, interface) = seen_from_above(material, eta);
@@ -47,10 +47,10 @@ fn transmitted(material: Material, eta: f32) -> f64 {
     weights.sum::<f64>() / 1e6
 }
 
-/// A camera over a plane of rough glass; all directions on both sides show radiance 1. Connections and refraction find
-/// the same lamps: whatever their weights, the sum is R + T eta^2. 2e-3: the sampled R and T.
+/// A camera over a plane of rough glass; all directions on both sides show radiance 1. Light sampling and refraction
+/// find the same emitters: with any weights the sum is R + T eta^2. 2e-3 is for the sampled R and T.
 #[test]
-fn lamps_behind_rough_glass_show_their_radiance_over_the_square_of_the_index() {
+fn lights_behind_rough_glass_show_their_radiance_over_the_square_of_the_index() {
     lights_show_their_radiance(&[(0.3, false), (0.5, true)]);
 }
 
@@ -62,12 +62,12 @@ fn lights_show_their_radiance(cases: &[(f32, bool)]) {
         let frosted = b.material(material);
         let light = b.material(emitter(1.0));
         b.panel(frosted, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
-        // Lamps close in both sides.
+        // Emitters enclose both sides.
         b.block(light, DVec3::new(-1.9, -1.0, -1.9), DVec3::new(1.9, 1.9, 1.9), true);
         b.camera(DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO, 0.002);
         let scene = b.build();
         let eta: f32 = if thin { 1.0 } else { 1.0 / 1.5 };
-        // What is reflected shows the lamps above the plane.
+        // Reflected light comes from the emitters above the plane.
         let (surface, interface) = seen_from_above(material, eta);
         let reflected: f64 = (0..1_000_000)
             .map(|path| {
@@ -82,15 +82,15 @@ fn lights_show_their_radiance(cases: &[(f32, bool)]) {
             .sum::<f64>()
             / 1e6;
         let expected = reflected + transmitted(material, eta) * f64::from(eta * eta);
-        let name = format!("lamps around rough glass {roughness}, thin {thin}");
+        let name = format!("lights around rough glass {roughness}, thin {thin}");
         near(&name, seen(&scene, 500, 1), expected, 2e-3);
     }
 }
 
-/// A point light below a plane of rough glass is seen by connections alone: f eta^2 cos I / d^2, absorbed on its side
-/// of the plane. 1e-3 for the field of view.
+/// Light sampling alone finds a point light below a plane of rough glass. Its radiance f eta^2 cos I / d^2 is absorbed
+/// on its side of the plane. 1e-3 is for the field of view.
 #[test]
-fn point_light_behind_rough_glass_is_connected_to_and_absorbed() {
+fn point_light_behind_rough_glass_is_sampled_and_absorbed() {
     let build = |sigma: f32| {
         let material = Material { roughness: 0.4, absorption: Vec3::splat(sigma), ..glass(1.5) };
         let mut b = Builder::default();
@@ -108,7 +108,7 @@ fn point_light_behind_rough_glass_is_connected_to_and_absorbed() {
     let eta = 1.0 / 1.5;
     let (surface, _) = seen_from_above(material, eta);
     let f = f64::from(surface.eval(local, Classes::SPECULAR).f.x);
-    assert!(f > 0.02, "the test has lost its subject: {f}");
+    assert!(f > 0.02, "the test has nothing to check: {f}");
     let expected = f * f64::from(eta * eta) * cos * 3.0 / square;
     let clear = seen(&scene, 16, 1).0;
     assert!((clear / expected - 1.0).abs() < 1e-3, "{clear} {expected}");
@@ -117,11 +117,11 @@ fn point_light_behind_rough_glass_is_connected_to_and_absorbed() {
     assert!((absorbed / clear / beer - 1.0).abs() < 1e-3, "{} {beer}", absorbed / clear);
 }
 
-/// Whether the reflection of rough glass is specular decides who computes its light, not how much there is: the mean
-/// of a room's image is the same with the threshold below and above its roughness. 0.5 % is for what discs lose at
+/// Whether the reflection of rough glass is specular decides which paths compute its light, not its amount. The mean of
+/// a room's image is the same with the threshold below and above its roughness. 0.5 % is for the loss of discs at
 /// borders, which lie elsewhere.
 #[test]
-fn the_class_of_rough_glass_moves_light_between_layers_only() {
+fn specular_class_of_rough_glass_moves_light_between_layers_alone() {
     let mut b = Builder::default();
     let wall = b.material(lambert(0.6));
     let frosted = b.material(Material { roughness: 0.3, ..glass(1.7) });
@@ -149,7 +149,7 @@ fn the_class_of_rough_glass_moves_light_between_layers_only() {
     let ((below, below_error), below_caustics) = means(0.2);
     let ((above, above_error), above_caustics) = means(0.4);
     println!("caustics {below_caustics:.5} and {above_caustics:.5}");
-    assert!((above_caustics / below_caustics - 1.0).abs() > 0.02, "the test has lost its subject");
+    assert!((above_caustics / below_caustics - 1.0).abs() > 0.02, "the test has nothing to check");
     near("rough glass by class", (below, below_error.hypot(above_error)), above, 5e-3 * above);
 }
 
@@ -167,7 +167,7 @@ impl PathObserver for Escapes {
     }
 }
 
-/// The most flux that a light path had, over what it started with.
+/// Largest flux of a light path, over its emitted flux.
 #[derive(Default)]
 struct Fluxes(Vec<f64>);
 
@@ -183,11 +183,11 @@ impl PhotonSink for Fluxes {
     fn store_photon(&mut self, _: &mut f32, _: PhotonGeometry, _: PhotonLight) {}
 }
 
-/// In a white furnace a path through white rough glass weighs what masking leaves, however often it is scattered: the second moment of
-/// paths without light sampling is at most 1. So it is behind a collection point and for light paths. Chosen before the facet, as
-/// prefixes are, weights are seen to grow.
+/// In a white furnace a path through white rough glass has the masking as its weight, after any number of scatterings.
+/// The second moment of paths without light sampling is at most 1, behind a collection point and for light paths too.
+/// Prefixes choose before the facet, and their weights grow.
 #[test]
-fn weights_of_paths_through_white_rough_glass_do_not_grow() {
+fn weights_of_paths_through_white_rough_glass_have_a_second_moment_of_at_most_1() {
     let furnace = |roughness: f32, suffix: CameraSuffix| {
         let mut b = Builder::default();
         let frosted = b.material(Material { roughness, ..glass(1.5) });
@@ -195,7 +195,7 @@ fn weights_of_paths_through_white_rough_glass_do_not_grow() {
         b.camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 0.3);
         let scene = b.build();
         let mut world = World::new(&scene, &RenderConfig { max_bounces: 64, ..config(128, 128, 20_000) });
-        // The scene has no light to take the unit from.
+        // The scene has no light to derive the unit from.
         world.params.quantum = 2.0f32.powi(-40);
         let (mut tracer, mut tally, mut escapes) = (world.tracer(), Tally::default(), Escapes::default());
         for pixel in 0..world.params.pixel_count() {
@@ -228,13 +228,13 @@ fn weights_of_paths_through_white_rough_glass_do_not_grow() {
     };
     for roughness in [0.1, 0.2, 0.3, 0.5, 1.0] {
         let (mean, second, largest) = furnace(roughness, CameraSuffix::ALL);
-        // The camera sees the ball alone. Facets f / pdf in f32: 1e-3 a scattering.
+        // The camera sees the ball alone. Facets have f / pdf in f32: 1e-3 per scattering.
         assert!(
             mean < 1.0 && second <= mean + 0.005 && largest < 1.01,
             "{roughness}: {mean} {second} {largest}"
         );
     }
-    // Of a prefix that may end at a point, before that is reached.
+    // Measure a prefix that may end at a point, before that point is reached.
     let (mean, second, _) =
         furnace(0.5, CameraSuffix { follows: Classes::ALL, finds: Classes::NON_SPECULAR });
     assert!(second > 1.1 * mean, "a choice before the facet is noisier: {mean} {second}");
@@ -245,7 +245,7 @@ mod long {
 
     #[test]
     #[ignore = "ten seconds"]
-    fn lamps_behind_glass_of_any_roughness_show_their_radiance() {
+    fn lights_behind_glass_of_any_roughness_show_their_radiance() {
         lights_show_their_radiance(&[(0.1, false), (0.7, false), (1.0, false)]);
     }
 }

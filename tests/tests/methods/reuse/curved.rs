@@ -1,5 +1,5 @@
-//! Histories in curved mirrors and through glass, where the eye sees a virtual image of a point: by it a point finds itself in the
-//! image of the frame before, though the eye moved.
+//! Histories in curved mirrors and through glass: by the virtual image of a point, reprojection finds it in the last
+//! frame, although the camera moved.
 
 use caustics::render_config::Paths;
 use std::ops::Range;
@@ -17,13 +17,13 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::moved;
 
-/// Way of the eye in a frame (m).
+/// Motion of the camera per frame (m).
 const STEP: Vec3 = Vec3::new(0.04, 0.0, 0.0);
-/// Frames of a run.
+/// Number of frames of a run.
 const FRAMES: u32 = 8;
 
-/// A room of 5 m around a thing of 0.3 m at its middle, whose caustics are on every wall; the eye is 2 m from the thing and
-/// sees little else.
+/// A room of 5 m around an object of 0.3 m at its middle, whose caustics are on every wall. The camera is 2 m from the
+/// object and sees little else.
 fn room(material: Material, thing: fn(&mut Builder, u32)) -> Scene {
     let mut b = Builder::default();
     let wall = b.material(lambert(0.6));
@@ -54,15 +54,15 @@ fn column(b: &mut Builder, material: u32) {
     }
 }
 
-/// What the last of these frames, under an eye that moves sideways, reused where a point is seen in the thing.
+/// Reuse in the last of these frames, under a camera that moves sideways, at points seen in the object.
 struct Given {
-    /// The caustics, by pixel.
+    /// Caustics, by pixel.
     layer: Vec<f64>,
-    /// Pixels that see a point in the thing.
+    /// Pixels that see a point in the object.
     inside: Vec<usize>,
-    /// Share of them that reused light.
+    /// Share of these pixels that reused light.
     found: f64,
-    /// Mean number of frames that their light holds.
+    /// Mean number of frames in their light.
     held: f64,
 }
 
@@ -92,9 +92,10 @@ fn given(scene: &Scene, history: &'static History, frames: Range<u32>, light_pat
     Given { layer, inside, found, held }
 }
 
-/// A ball of 0.3 m, 2 m from the eye, shows a wall 2.2 m behind it at 1 / s' = 1 / s + 2 / r, where the way there is 4.2 m.
+/// A ball of 0.3 m, 2 m from the camera, shows a wall 2.2 m behind it at 1 / s' = 1 / s + 2 / r. The path there is
+/// 4.2 m long.
 #[test]
-fn the_image_in_a_ball_is_where_the_mirror_equation_says() {
+fn virtual_image_in_a_ball_lies_where_the_mirror_equation_says() {
     let mut scene = room(metal(0.9, 0.0), ball);
     scene.cameras[0] =
         SceneCamera::look_at("main", Vec3::new(0.0, 0.0, 2.3), Vec3::new(0.002, 0.003, 0.0), Vec3::Y, 0.02);
@@ -107,18 +108,19 @@ fn the_image_in_a_ball_is_where_the_mirror_equation_says() {
     let expected = 2.0 + 1.0 / (1.0 / 2.2 + 2.0 / 0.3);
     for (point, shading) in points.iter().zip(&shading) {
         assert_eq!(point.depth, 2, "all of the image sees the wall in the ball");
-        // Facets: the curvature of interpolated normals is off by their angle squared, 0.05 squared, and more on slanted ones.
+        // The curvature of interpolated normals is off by the squared angle of facets, 0.05 squared, and more on
+        // slanted ones.
         let off = (shading.distance / expected - 1.0).abs();
         assert!(off < 0.005, "{} m, should be {expected}", shading.distance);
     }
 }
 
-/// By the length of the path, four pixels beside the image, 46 % of the points in the ball and 10 % of those in the glass found
-/// light, and the ball's error was 0.6 of that of a frame alone.
+/// Reprojection by the length of the path is off by four pixels. By it 46 % of the points in the ball and 10 % of those
+/// in the glass found light. The ball's error was 0.6 of that of a single frame.
 #[test]
-fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
+fn curved_mirrors_and_glass_keep_their_history_under_a_moving_camera() {
     let light_paths = 60_000;
-    // A ball of glass is seen at random, in part: its prefixes take turns in being mirrored at its front.
+    // A glass ball is seen at random, in part: its prefixes alternate with reflections at its front.
     for (name, scene, min_found) in
         [("ball", room(metal(0.9, 0.0), ball), 0.97), ("glass", room(glass(1.5), ball), 0.75)]
     {
@@ -131,7 +133,7 @@ fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
     }
     let scene = room(metal(0.9, 0.0), ball);
     let last = FRAMES - 1..FRAMES;
-    // One frame of very many light paths: its camera paths are the same.
+    // One frame of very many light paths, with the same camera paths.
     let reference = given(&scene, &NONE, last.clone(), 32 * light_paths).layer;
     let error = |history, frames| {
         let given = given(&scene, history, frames, light_paths);
@@ -141,13 +143,13 @@ fn curved_mirrors_and_glass_keep_their_history_under_a_moving_eye() {
     for history in [&PAPER, &VALIDATED] {
         let left = error(history, 0..FRAMES) / alone;
         println!("{}: {left:.3} of the squared error of a frame alone", history.name);
-        // An eighth or a ninth of the noise, the reference's own, and light that was late.
+        // An eighth or a ninth of the noise, the reference's own noise, and light that lags.
         assert!(left < 0.3, "{}: {left}", history.name);
     }
 }
 
-/// Positions of today's points in the image of the frame before, by their virtual images and by where that image's own points are:
-/// sorted distances (px) between the two.
+/// Positions of this frame's points in the last image, by their virtual images and by that image's own points. Returns
+/// the sorted distances (px) between the two.
 fn misses(scene: &Scene) -> Vec<f32> {
     let config =
         RenderConfig { width: 96, height: 96, light_paths: Paths::Count(100), ..RenderConfig::default() };
@@ -173,7 +175,7 @@ fn misses(scene: &Scene) -> Vec<f32> {
         if ![a, b, c].iter().all(sees_alike) {
             continue;
         }
-        // The position of the point among three pixels on the same wall.
+        // Interpolate the position of the point between three pixels on the same wall.
         let (right, down, to) =
             (b.position - a.position, c.position - a.position, point.position - a.position);
         let area = right.cross(down);
@@ -184,9 +186,10 @@ fn misses(scene: &Scene) -> Vec<f32> {
     misses
 }
 
-/// Across the axis of a column the eye sees another image than along it; through glass paths take turns in being mirrored.
+/// Across the axis of a column the camera sees another image than along it; through glass, paths alternate with
+/// reflections.
 #[test]
-fn images_lead_to_the_place_of_a_point_in_the_frame_before() {
+fn virtual_images_reproject_90_percent_of_points_to_0_1_px() {
     for (name, scene) in things() {
         let misses = misses(&scene);
         let at = |share: f64| misses[(misses.len() as f64 * share) as usize];
@@ -197,7 +200,7 @@ fn images_lead_to_the_place_of_a_point_in_the_frame_before() {
             at(0.9)
         );
         assert!(misses.len() > 3000);
-        // The eye's way moves images by 7 pixels; its square, and the facets of the thing, are left.
+        // The camera's motion moves images by 7 pixels; its square and the facets of the object remain.
         assert!(at(0.5) < 0.05 && at(0.9) < 0.1, "{name}");
     }
 }

@@ -1,4 +1,4 @@
-//! Tells the program which commit it is built from, and a hash of the sources of all its crates.
+//! Passes the commit that the program is built from, and a hash of its crates' sources, to the program.
 
 #[path = "../../kernels/builder/src/fingerprint.rs"]
 #[allow(dead_code)]
@@ -9,7 +9,7 @@ mod sources;
 use std::path::Path;
 use std::process::Command;
 
-/// Output of a git command, if there is one.
+/// Output of a git command, if it succeeds.
 fn git(arguments: &[&str]) -> Option<String> {
     let output =
         Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
@@ -26,7 +26,7 @@ fn main() {
     for folder in sources::SOURCES {
         println!("cargo::rerun-if-changed={}", root.join(folder).display());
     }
-    // Where git keeps them: in a worktree `.git` is a file.
+    // Ask git for these paths: in a worktree `.git` is a file.
     for watched in ["HEAD", "logs/HEAD"] {
         if let Some(path) = git(&["rev-parse", "--git-path", watched]) {
             println!("cargo::rerun-if-changed={path}");

@@ -1,4 +1,4 @@
-/// Sources of the crates that the program is made of, below the root of the repository.
+/// Sources of the crates of the program, relative to the root of the repository.
 pub const SOURCES: [&str; 8] = [
     "host/bench/src",
     "host/cli/src",

@@ -1,17 +1,18 @@
-//! What a frame should cost, and what it did: rays and bytes of its passes.
+//! Cost model of a frame's passes: expected rays and bytes, beside measured times.
 //!
 //! With W x H pixels, N light paths and b bounces at most:
 //!
 //! | pass | expected work of a frame |
 //! |---|---|
-//! | `collect` | W H r_c closest hits and W H s_c shadow rays. r_c <= b + 1 vertices of a camera path, about 1 + the probability of a specular first hit + that of a bounce off the first non-specular one, and so on; s_c: one a vertex and class of lobes |
+//! | `collect` | W H r_c closest hits and W H s_c shadow rays. r_c <= b + 1 vertices of a camera path: about 1, plus the probability of a specular first hit, plus the probability of a bounce off the first non-specular vertex, and so on; s_c: one per vertex and class of lobes |
 //! | `shoot` | N r_l closest hits, r_l <= b; 1.6 in a room whose walls reflect half |
 //! | `shoot.store`, `index.*`, `gather.*` | 64 bytes a photon: written once, moved to its cell, read by each point nearby |
 //! | `reuse`, `validate` | the previous points near each of W H points, at the bytes of the history's buffers a pixel, read once and written once; `validate` also re-traces its share of N r_l rays |
 //! | `resolve`, `display` | 120 and 36 bytes a pixel: a point's 96, its sum of 12, and colours of 12, in and out |
 //!
-//! A pass of rays should take its rays over the rate of the tracer alone; what it takes more is shading. A pass of bytes
-//! should take its bytes over the memory's bandwidth; where it does not come near, it computes or jumps about.
+//! A pass that traces should take its rays divided by the rate of the tracer alone; the excess is shading. A pass over
+//! pixels should take its bytes divided by the memory's bandwidth; a far longer time points to computation or scattered
+//! accesses.
 
 use std::collections::BTreeMap;
 
@@ -28,14 +29,14 @@ use caustics::scene::Scene;
 use caustics_kernels::history;
 use caustics_kernels::method::frame::work;
 
-/// A pass, or passes of one kind: measured against expected.
+/// Cost of a pass, or of the passes of one kind: measured and expected.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Mean time in a frame (ms).
     pub ms: f64,
-    /// Rays in a frame, of passes that trace and count them.
+    /// Rays in a frame; only of passes that trace and count them.
     pub rays: Option<f64>,
-    /// Bytes read and written in a frame, of passes over pixels.
+    /// Bytes read and written in a frame; only of passes over pixels.
     pub bytes: Option<f64>,
     /// Rays or bytes over the time [1/s or bytes/s].
     pub rate_per_s: f64,
@@ -43,8 +44,8 @@ pub struct Cost {
     pub expected_ms: Option<f64>,
 }
 
-/// Costs of the passes of a run configuration that the model knows, of its records; `hits_per_s` is the rate of the tracer
-/// alone. None where the plan's camera is not there.
+/// Returns the costs of the passes that the model knows, from the records of a run configuration. `hits_per_s` is the rate
+/// of the tracer alone. None where the scene lacks the plan's camera.
 pub fn costs(
     plan: &MeasurementPlan,
     scene: &Scene,

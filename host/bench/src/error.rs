@@ -1,10 +1,11 @@
-//! How far a frame is from its reference, and how much more it flickers than the reference: measures, a row each.
+//! Measures of error: distance of a frame from its reference, and flicker beyond that of the reference.
 //!
-//! Each measure is taken of the whole image, and of the caustics: `relmse_caustics` of that layer alone, `flip_caustics`
-//! and `flicker_caustics` of the reference's path-traced light under the measured caustics, which shows a person nothing but
-//! the error of the caustics. FLIP is `flip_ldr` of `caustics compare`.
+//! Each measure exists for the whole image and for the caustics. `relmse_caustics` reads the caustics layer alone.
+//! `flip_caustics` and `flicker_caustics` read the measured caustics over the reference's path-traced light, so that only
+//! errors of the caustics are visible. FLIP is `flip_ldr` of `caustics compare`.
 //!
-//! To add a measure: a function of [`Seen`] and a row of [`MEASURES`]; results, CSV, `bench` and the report loop over it.
+//! To add a measure, write a function of [`Seen`] and an entry of [`MEASURES`]; results, CSV, `bench` and the report loop
+//! over it.
 
 use std::cell::OnceCell;
 
@@ -24,7 +25,7 @@ use caustics::rendered_image::RenderedImage;
 pub struct Measure {
     /// Key in results and CSV; units at its end, if it has any.
     pub key: &'static str,
-    /// Its name in tables and on axes.
+    /// Name in tables and on axes.
     pub head: &'static str,
     /// Description, in one line.
     pub description: &'static str,
@@ -32,7 +33,7 @@ pub struct Measure {
     pub limitations: &'static str,
     /// Whether a report draws speed against it.
     pub charted: bool,
-    /// Its value; none where an image is not finite, or what it is relative to is black or absent.
+    /// Its value; none where an image is not finite, or where the value that it relates to is zero or absent.
     pub compute: fn(&Seen) -> Option<MeasuredValue>,
 }
 
@@ -46,7 +47,7 @@ pub struct MeasuredValue {
 }
 
 impl MeasuredValue {
-    /// The mean of values that are all there; one a seed.
+    /// Mean over the seeds; none where a seed has no value.
     fn from_seeds(values: impl Iterator<Item = Option<f64>>) -> Option<MeasuredValue> {
         let values = values.collect::<Option<Vec<f64>>>()?;
         let count = values.len() as f64;
@@ -58,18 +59,18 @@ impl MeasuredValue {
 }
 
 impl Measure {
-    /// Its key in names of files.
+    /// Its key with dashes, for file names.
     pub fn slug(&self) -> String {
         self.key.replace('_', "-")
     }
 
-    /// What its standard error is called in a frame's row.
+    /// Key of its standard error in a frame's record.
     pub fn standard_error_key(&self) -> String {
         format!("{}_standard_error", self.key)
     }
 }
 
-/// All measures, in the order of tables. Each is better the smaller it is.
+/// All measures, in the order of tables. Smaller is better for each.
 pub static MEASURES: [&Measure; 10] = [
     &FLIP,
     &FLIP_CAUSTIC_REGION,
@@ -93,7 +94,7 @@ pub static FLIP: Measure = Measure {
     compute: |seen| seen.mean(|now| Some(now.flip_map(seen.reference, seen.exposure)?.mean())),
 };
 
-/// FLIP of the image, where caustics are.
+/// FLIP of the image within the region of caustics.
 pub static FLIP_CAUSTIC_REGION: Measure = Measure {
     key: "flip_caustic_region",
     head: "FLIP in the caustic region",
@@ -140,7 +141,7 @@ pub static RELMSE_TRIMMED: Measure = Measure {
     compute: |seen| seen.mean(|now| finite(relmse::trimmed(&errors(&now.whole, &seen.reference.whole)?))),
 };
 
-/// The same where caustics are.
+/// Relative mean squared error within the region of caustics, without the worst pixels.
 pub static RELMSE_TRIMMED_CAUSTIC_REGION: Measure = Measure {
     key: "relmse_trimmed_caustic_region",
     head: "trimmed relMSE in the caustic region",
@@ -211,22 +212,22 @@ pub static CAUSTICS_VARIANCE: Measure = Measure {
     },
 };
 
-/// A frame of a run configuration, once a seed, beside the reference.
+/// Images of a frame of a run configuration, one per seed, and their reference.
 pub struct Seen<'a> {
     /// The images of the seeds.
     pub now: &'a [MeasuredImage],
-    /// Those of the frame before, in the same order; empty where none was measured.
+    /// Images of the frame before, in the same order; empty where none was measured.
     pub before: &'a [MeasuredImage],
     /// The reference of the frame.
     pub reference: &'a MeasuredImage,
-    /// That of the frame before.
+    /// The reference of the frame before.
     pub reference_before: Option<&'a MeasuredImage>,
     /// Exposure of the display (stops).
     pub exposure: f64,
 }
 
 impl<'a> Seen<'a> {
-    /// One image by itself, at an exposure of 0.
+    /// One image alone, at an exposure of 0.
     pub fn one(now: &'a MeasuredImage, reference: &'a MeasuredImage) -> Seen<'a> {
         Seen { now: std::slice::from_ref(now), before: &[], reference, reference_before: None, exposure: 0.0 }
     }
@@ -236,7 +237,7 @@ impl<'a> Seen<'a> {
         MeasuredValue::from_seeds(self.now.iter().map(value))
     }
 
-    /// The mean change since the frame before, beyond that of the reference.
+    /// Mean change since the frame before, beyond the change of the reference.
     fn change(
         &self,
         difference: &dyn Fn(&MeasuredImage, &MeasuredImage) -> Option<f64>,
@@ -247,31 +248,31 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// The mean of values that are all there.
+/// Mean of the values; none where a value is missing.
 pub fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
     let count = values.len() as f64;
     values.sum::<Option<f64>>().map(|sum| sum / count).filter(|mean| mean.is_finite())
 }
 
-/// An image as it is measured; empty parts have no measure.
+/// An image prepared for measuring; missing parts have no measure.
 #[derive(Clone, Debug)]
 pub struct MeasuredImage {
     /// All light.
     whole: Pixels,
     /// The caustics alone.
     caustics: Option<Pixels>,
-    /// The caustics over the reference's other light.
+    /// The measured caustics over the reference's other light.
     caustics_over_reference: Option<Pixels>,
     /// Radiance of the caustics.
     radiance: Vec<Vec3>,
-    /// Where caustics are seen.
+    /// Region in which caustics are visible.
     region: Option<CausticRegion>,
-    /// FLIP of its pixels, once it was asked for.
+    /// FLIP of its pixels, once computed.
     flip: OnceCell<Option<ErrorMap>>,
 }
 
 impl MeasuredImage {
-    /// An image beside the reference of its frame.
+    /// An image and the reference of its frame.
     pub fn new(image: &RenderedImage, reference: &RenderedImage) -> MeasuredImage {
         let pixels = |values: Vec<Vec3>| Pixels {
             width: image.width,
@@ -296,8 +297,8 @@ impl MeasuredImage {
         }
     }
 
-    /// FLIP of each pixel of the image, if it is finite; `exposure` is that of the display (stops). It is computed once: the
-    /// reference of an image is that of its frame, and an experiment has one exposure.
+    /// Returns FLIP of each pixel of the image, if it is finite; `exposure` is the display's (stops). The map is computed
+    /// once, since an image has one reference and an experiment one exposure.
     pub fn flip_map(&self, reference: &MeasuredImage, exposure: f64) -> Option<&ErrorMap> {
         self.flip.get_or_init(|| flip_map(&self.whole, &reference.whole, exposure)).as_ref()
     }
@@ -316,7 +317,7 @@ fn relative(image: &Pixels, reference: &Pixels) -> Option<f64> {
     finite(relmse::relmse(&errors(image, reference)?))
 }
 
-/// Relative squared error of each pixel, if there is something to relate it to.
+/// Relative squared error of each pixel; none where the reference is black.
 fn errors(image: &Pixels, reference: &Pixels) -> Option<Vec<f64>> {
     (relmse::min_square(reference) > 0.0).then(|| relmse::errors(image, reference))
 }
@@ -340,7 +341,7 @@ mod tests {
         }
     }
 
-    /// Measures of images, those before, and of references.
+    /// Measures of images, of the images before them, and of references.
     fn seen(
         now: &[&RenderedImage],
         before: &[&RenderedImage],
@@ -382,23 +383,24 @@ mod tests {
     ];
 
     #[test]
-    fn a_picture_is_no_way_from_itself_and_a_brighter_one_is() {
+    fn errors_are_zero_for_equal_images_and_positive_for_brighter_ones() {
         let reference = image(0.2, 0.1);
         assert_eq!(alone(&reference, &reference, ERRORS), [Some(0.0); 7]);
         let [flip, flip_region, flip_caustics, relmse, trimmed, trimmed_region, relmse_caustics] =
             alone(&image(0.2, 0.2), &reference, ERRORS).map(Option::unwrap);
         assert!(flip > 0.01 && relmse_caustics > 0.5, "{flip} {relmse_caustics}");
         assert_eq!(flip, flip_caustics, "all that is wrong are the caustics");
-        // Twice the caustics, a third more of all: squares of 1 and 1/3, but for eps.
+        // The caustics are doubled, and the whole grows by a third: relative squared errors of 1 and (1/3)^2, but for eps.
         assert!(relmse < relmse_caustics / 8.0);
-        // A third of each pixel are caustics; in so few pixels none is the worst thousandth.
+        // Caustics are a third of every pixel, and with so few pixels the worst thousandth is empty: region and image
+        // agree.
         for (region, whole) in [(flip_region, flip), (trimmed, relmse), (trimmed_region, relmse)] {
             assert!((region / whole - 1.0).abs() < 1e-12, "{region} {whole}");
         }
     }
 
     #[test]
-    fn errors_of_the_path_are_none_of_the_caustics() {
+    fn errors_of_the_path_layer_do_not_count_as_caustics() {
         let measures = [&FLIP, &FLIP_CAUSTICS, &RELMSE_CAUSTICS];
         let [flip, flip_caustics, relmse_caustics] = alone(&image(0.4, 0.1), &image(0.2, 0.1), measures);
         assert!(flip.unwrap() > 0.01);
@@ -406,7 +408,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_has_no_measure() {
+    fn missing_parts_have_no_measure() {
         let dark = image(0.2, 0.0);
         let measures = [&RELMSE_CAUSTICS, &FLIP_CAUSTIC_REGION, &RELMSE_TRIMMED_CAUSTIC_REGION];
         assert_eq!(alone(&image(0.2, 0.1), &dark, measures), [None; 3]);
@@ -417,7 +419,7 @@ mod tests {
     }
 
     #[test]
-    fn flicker_is_change_beyond_that_of_the_truth_and_variance_is_between_seeds() {
+    fn flicker_is_change_beyond_the_references_and_variance_is_between_seeds() {
         let [dim, bright] = [image(0.2, 0.1), image(0.2, 0.2)];
         let measures = [&FLICKER, &FLICKER_CAUSTICS, &CAUSTICS_VARIANCE];
         let found = measures.map(seen(&[&bright], &[&dim], [&dim, &bright]));
@@ -431,9 +433,9 @@ mod tests {
     }
 
     #[test]
-    fn seeds_that_differ_have_a_standard_error() {
+    fn different_seeds_give_a_standard_error() {
         let values = [1.0, 2.0, 6.0].map(Some);
-        // Deviations -2, -1 and 3 of the mean 3.
+        // The deviations from the mean of 3 are -2, -1 and 3.
         let expected = MeasuredValue { value: 3.0, standard_error: Some((14.0_f64 / 6.0).sqrt()) };
         assert_eq!(MeasuredValue::from_seeds(values.into_iter()), Some(expected));
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Readers of others' sweeps and results, from bytes, as `caustics::fuzzing` has those of other files. Each says whether the
+//! Entry points of fuzzing for sweeps and results; `caustics::fuzzing` has those of other files. Each returns whether the
 //! bytes are accepted.
 
 use crate::error::{FLIP, RELMSE};
@@ -8,12 +8,12 @@ use crate::result::{ErrorResult, Quartiles, RunResult, TimeResult};
 use crate::store;
 use crate::sweep::config::SweepConfig;
 
-/// The TOML of a sweep.
+/// Reads the TOML of a sweep.
 pub fn sweep(bytes: &[u8]) -> bool {
     std::str::from_utf8(bytes).is_ok_and(|text| SweepConfig::parse(text).is_ok())
 }
 
-/// The JSON of a result, and a report of it.
+/// Reads the JSON of a result, and makes a report of it.
 pub fn result(bytes: &[u8]) -> bool {
     store::parse(bytes, "0123456789abcdef").is_ok_and(|result| {
         let request = Request {
@@ -27,7 +27,7 @@ pub fn result(bytes: &[u8]) -> bool {
     })
 }
 
-/// A result that differs from another in its paths and has measures of everyday size, for charts of both.
+/// Returns a result with other paths and with measures of ordinary size, so that charts hold both.
 fn plain(result: &RunResult) -> RunResult {
     let paths = 2.0 * result.config.number(&PATHS_PER_PIXEL);
     let config = result.config.clone().with(&PATHS_PER_PIXEL, &paths.to_string());

@@ -1,14 +1,13 @@
 //! Effective sample gain: how many times the light paths a method without history would need for the same noise.
 //!
 //! Noise is the variance between runs with independent seeds, per pixel and channel, averaged over both. Averages of
-//! unbiased variances are unbiased; their ratio is off by about sqrt(4 / ((S - 1) n)) of itself for S seeds and n
-//! independent pixels, which is why few seeds suffice. A history's blur lowers the variance too: read the gain beside the
-//! error.
+//! unbiased variances are unbiased. Their ratio has a relative error of about sqrt(4 / ((S - 1) n)) for S seeds and n
+//! independent pixels, so few seeds suffice. A history's blur lowers the variance too: read the gain beside the error.
 
 use glam::{DVec3, Vec3};
 
-/// Mean over pixels and channels of the variance between images of one size; None of fewer than two images, of none
-/// without pixels, and of images that are not finite.
+/// Mean over pixels and channels of the variance between images of one size. None for fewer than two images, for images
+/// without pixels, and for images that are not finite.
 pub fn mean_variance(images: &[&[Vec3]]) -> Option<f64> {
     let (first, runs) = (images.first()?, images.len() as f64);
     if images.len() < 2 || first.is_empty() {
@@ -23,7 +22,7 @@ pub fn mean_variance(images: &[&[Vec3]]) -> Option<f64> {
     mean.is_finite().then_some(mean)
 }
 
-/// Variance without a history over that with one; None where an image has no noise.
+/// Variance without a history over the variance with one; None where an image has no noise.
 pub fn gain(of_none: f64, of_history: f64) -> Option<f64> {
     let gain = of_none / of_history;
     (gain.is_finite() && gain > 0.0).then_some(gain)
@@ -35,7 +34,7 @@ mod tests {
 
     use super::*;
 
-    /// Pixels of different means, uniform noise of a variance.
+    /// Images whose pixels differ in mean and have uniform noise of the given variance.
     fn runs(seed: u32, variance: f32, pixels: u32) -> Vec<Vec3> {
         let width = (12.0 * variance).sqrt();
         let at = |pixel: u32| {
@@ -53,7 +52,7 @@ mod tests {
     #[test]
     fn a_known_ratio_of_variances_is_found() {
         let (of_none, of_history) = (variance(0, 0.9), variance(100, 0.1));
-        // Relative standard error of a uniform's variance from 3 * 12000 degrees of freedom: below 1 %.
+        // The variance of uniform noise from 3 * 12000 degrees of freedom has a relative standard error below 1 %.
         assert!((of_none / 0.9 - 1.0).abs() < 0.03, "{of_none}");
         let found = gain(of_none, of_history).unwrap();
         assert!((found / 9.0 - 1.0).abs() < 0.04, "{found}");
@@ -64,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_noise_has_no_gain() {
+    fn images_without_noise_have_no_gain() {
         let still = [Vec3::ONE; 3];
         assert_eq!(mean_variance(&[&still, &still]), Some(0.0));
         assert_eq!(mean_variance(&[&still]), None);

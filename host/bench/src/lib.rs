@@ -1,10 +1,16 @@
-//! Experiments of `caustics`: scenes rendered in several configurations, and what each costs and how far off it is.
+//! Experiments of `caustics`: scenes rendered in several run configurations, with the cost and the error of each.
 //!
-//! `run_config` is a run configuration, `parameter` what can vary of it, `run_parameters` what the parameters say of one,
-//! `limits` how large a frame may be, `matrix` all combinations; `plan` says what is measured, `measure` renders the frames
-//! of all configurations in turn, `reference` keeps the reference of each frame, `error` has the measures that hold images
-//! against it; `record` is a frame of a configuration, `timing`, `cost` and `result` what is left of all of them, `store`
-//! and `table` keep and show it. `sweep` does all of it, from a file or from the options of `bench`.
+//! | module | contents |
+//! |---|---|
+//! | `run_config`, `parameter`, `run_parameters` | run configurations, what can vary in them, their names |
+//! | `matrix` | all combinations of values |
+//! | `limits` | largest frame |
+//! | `plan` | what is measured |
+//! | `measure` | renders the frames of all configurations in turn |
+//! | `reference`, `error` | the reference of each frame, and measures of images against it |
+//! | `record`, `timing`, `cost`, `result` | a frame of a configuration, and the summary of all its frames |
+//! | `store`, `table` | results on disk, and shown to the user |
+//! | `sweep` | a whole experiment, from a file or from the options of `bench` |
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 #![forbid(unsafe_code)]

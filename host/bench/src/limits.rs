@@ -10,7 +10,7 @@ const MAX_AREA: u32 = 1 << 26;
 ///
 /// # Errors
 ///
-/// If it has no pixels, or too many; the message names the options.
+/// If the image has no pixels, or too many; the message names the options.
 pub fn check_size(width: u32, height: u32) -> Result<(), String> {
     let within = |side| (1..=MAX_SIDE).contains(&side);
     if !within(width) || !within(height) || width * height > MAX_AREA {

@@ -1,4 +1,4 @@
-//! A matrix: lists of values of the parameters, of which all combinations are run configurations.
+//! A matrix: lists of parameter values, all combinations of which are run configurations.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use super::run_config::{RunConfig, runner_name};
 use super::run_parameters::name_all;
 use caustics::session::RunnerChoice;
 
-/// Values of the parameters; a parameter without any has its usual one.
+/// Values of the parameters; a parameter without any has its default.
 #[derive(Clone, Debug, Default)]
 pub struct Matrix {
     lists: BTreeMap<&'static str, Vec<String>>,
@@ -16,9 +16,9 @@ pub struct Matrix {
 /// Run configurations of a matrix.
 #[derive(Clone, Debug, Default)]
 pub struct RunConfigs {
-    /// Each once, named.
+    /// Run configurations without duplicates, named.
     pub runs: Vec<RunConfig>,
-    /// What cannot be, a line each.
+    /// Combinations that are not possible, one line each.
     pub skipped: Vec<String>,
 }
 
@@ -26,14 +26,14 @@ impl Matrix {
     /// Adds a value of a parameter.
     ///
     /// # Errors
-    /// What a value of the parameter must be.
+    /// If the parameter does not accept the value; the message says what it must be.
     pub fn add(&mut self, parameter: &Parameter, value: &str) -> Result<(), String> {
         parameter.check(value)?;
         self.lists.entry(parameter.key).or_default().push(value.into());
         Ok(())
     }
 
-    /// The values of a parameter.
+    /// Returns the values of a parameter.
     pub fn values(&self, parameter: &Parameter) -> Vec<&str> {
         let given = self.lists.get(parameter.key);
         given.map_or(vec![parameter.default], |list| list.iter().map(String::as_str).collect())
@@ -44,16 +44,16 @@ impl Matrix {
         self.lists.contains_key(parameter.key)
     }
 
-    /// How many combinations there are.
+    /// Number of combinations.
     pub fn count(&self) -> u64 {
         self.lists.values().fold(1, |count: u64, list| count.saturating_mul(list.len() as u64))
     }
 
-    /// The run configurations; `runner` finds the runner of a name. Runners vary slowest, since the configurations of a
-    /// runner take turns, and methods fastest.
+    /// Returns the run configurations; `runner` finds the runner of a name. Runners vary slowest, since the configurations
+    /// of a runner take turns. Methods vary fastest.
     ///
     /// # Errors
-    /// Why a runner is not there.
+    /// If a runner is missing; the message says why.
     pub fn runs(
         &self,
         runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
@@ -97,7 +97,7 @@ impl Matrix {
     }
 }
 
-/// Keeps the first of the run configurations that render the same.
+/// Keeps the first of the run configurations that render equal frames.
 pub fn keep_one_of_each(runs: &mut Vec<RunConfig>) {
     let mut seen = BTreeSet::new();
     runs.retain(|run| seen.insert(run.key()));
@@ -135,12 +135,12 @@ mod tests {
     }
 
     #[test]
-    fn every_combination_is_there_once() {
+    fn every_combination_occurs_once() {
         let gathers: Vec<_> = variant::ALL.iter().map(|gather| gather.name).collect();
         let RunConfigs { runs, skipped } = runs(&matrix(&gathers));
         let software = variant::ALL.iter().filter(|gather| !gather.hardware).count();
         let basic = software * history::ALL.len() * denoiser::ALL.len() * 2 * 2 * 2;
-        // The path tracer knows but the features.
+        // The path tracer depends on the features only.
         assert_eq!(runs.len(), basic + 2);
         assert_eq!(skipped.len(), variant::ALL.len() - software);
         let mut names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gather_that_no_runner_has_leaves_the_methods_without_one() {
+    fn methods_without_a_gather_remain_if_no_runner_has_the_gather() {
         let hardware: Vec<_> =
             variant::ALL.iter().filter(|gather| gather.hardware).map(|gather| gather.name).collect();
         let RunConfigs { runs: left, skipped } = runs(&matrix(&hardware));

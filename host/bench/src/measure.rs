@@ -1,8 +1,8 @@
 //! Renders the frames of all run configurations, frame by frame, and measures each.
 //!
-//! Within a frame the run configurations take turns, and the order of the turns rotates from frame to frame, so that what
-//! disturbs the machine for a while hits all alike. A configuration has a session for each seed; the first one's time
-//! counts. Where there are references, all seeds render every frame, and the frames that the plan compares are measured.
+//! Within a frame the run configurations take turns. The order of the turns rotates from frame to frame, so that a
+//! disturbance of the machine affects all alike. A configuration has a session for each seed; only the first one's time
+//! counts. With references, all seeds render every frame, and the plan says which frames are compared.
 
 use std::time::Instant;
 
@@ -26,7 +26,7 @@ use caustics::session::Session;
 struct ActiveRun {
     run: RunConfig,
     sessions: Vec<Session>,
-    /// The frame before, of each seed.
+    /// Images of the frame before, one per seed.
     before: Vec<MeasuredImage>,
     shown: Option<ComparedFrame>,
 }
@@ -37,7 +37,7 @@ struct MeasuredReference {
     measured: MeasuredImage,
 }
 
-/// The last frame of a run configuration that was compared with a reference: display colours of the first seed.
+/// Last frame of a run configuration that was compared with a reference, in display colours of the first seed.
 #[derive(Clone, Debug)]
 pub struct ComparedFrame {
     /// The image.
@@ -48,20 +48,20 @@ pub struct ComparedFrame {
     pub error_map: Option<Vec<Vec3>>,
 }
 
-/// Result of a run configuration beside its records.
+/// Result of a run configuration, beside its records.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Device and driver.
     pub device: String,
-    /// Its last frame, if it was compared.
+    /// Last frame, if it was compared.
     pub shown: Option<ComparedFrame>,
 }
 
-/// Measures every frame of some run configurations and hands the records of each frame to `each`. What is left of the
-/// configurations, in their order; none where it was stopped.
+/// Renders every frame of the run configurations and passes the records of each frame to `each`. Returns an outcome for
+/// each configuration, in their order, or none where the run was stopped.
 ///
 /// # Errors
-/// A session that cannot be opened, a frame that fails, a reference that is not there.
+/// If a session cannot be opened, a frame fails, or a reference is missing.
 pub fn measure(
     plan: &MeasurementPlan,
     scene: &Scene,
@@ -72,7 +72,7 @@ pub fn measure(
 ) -> anyhow::Result<Option<Vec<Outcome>>> {
     let mut scene = identity::posed(scene, plan.time_of(plan.frames.start))?;
     let mut all: Vec<ActiveRun> = runs.iter().map(|run| open(plan, &scene, run)).collect::<Result<_, _>>()?;
-    // With random numbers of their own: what learns would see the same frame twice.
+    // Warm up with other random numbers: a method that learns would otherwise see the same frame twice.
     for warm_up in 0..plan.warm_up {
         scene.pose(plan.time_of(plan.frames.start))?;
         for session in all.iter_mut().flat_map(|active| &mut active.sessions) {
@@ -112,7 +112,7 @@ pub fn measure(
                 }
                 reference_before = Some(reference.measured);
             } else {
-                // Flicker is between a frame and the one before.
+                // Flicker compares a frame with the one directly before.
                 reference_before = None;
             }
         }
@@ -135,7 +135,7 @@ fn open(plan: &MeasurementPlan, scene: &Scene, run: &RunConfig) -> anyhow::Resul
     Ok(ActiveRun { run: run.clone(), sessions, before: Vec::new(), shown: None })
 }
 
-/// Renders the frame with the first seed: times and counters.
+/// Renders the frame with the first seed, and records times and counters.
 fn render(
     plan: &MeasurementPlan,
     scene: &Scene,
@@ -168,7 +168,7 @@ fn render(
     ] {
         record.set(name, Some(counters.get(counter) as f64));
     }
-    // Read once: it takes time between the turns.
+    // Read the points in the last frame only: reading takes time between the turns.
     if plan.time && record.frame + 1 == plan.frames.end && active.run.config.method.gathers {
         let points: Vec<PointGeometry> = session.read("point_geometry")?;
         record.set("points", Some(points.iter().filter(|point| point.exists()).count() as f64));
@@ -205,7 +205,7 @@ fn compare(
         && let (Some(session), [image, ..], [first, ..]) =
             (active.sessions.first_mut(), &images[..], &now[..])
     {
-        // What the session shows overwrites its frame, of which nothing more is read.
+        // Displaying overwrites the session's frame, which is not read again.
         active.shown = Some(ComparedFrame {
             image: session.display(image)?,
             reference: session.display(&reference.image)?,

@@ -1,4 +1,4 @@
-//! Memory of a run configuration, buffer by buffer, as its plan asks for it.
+//! Memory of a run configuration, buffer by buffer, for the frames of its plan.
 
 use std::collections::BTreeMap;
 
@@ -12,13 +12,14 @@ use caustics_kernels::method::frame::frame_buffers;
 /// Bytes of the buffers of a run configuration, scene tables aside.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BufferMemory {
-    /// Of all.
+    /// All buffers together.
     pub total_bytes: usize,
-    /// Of each.
+    /// Each buffer by name.
     pub buffers_bytes: BTreeMap<&'static str, usize>,
 }
 
-/// The buffers that a session of the run configuration allocates, opened at the scene's pose.
+/// Returns the buffers that a session of the run configuration allocates when it is opened at the scene's pose. None where
+/// the scene lacks the plan's camera.
 pub fn memory(plan: &MeasurementPlan, run: &RunConfig, scene: &Scene) -> Option<BufferMemory> {
     let camera = scene.camera(Some(&plan.camera)).ok()?;
     let config = run.config.with_image_of(&plan.config);

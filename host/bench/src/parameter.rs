@@ -1,10 +1,10 @@
-//! Parameters: all that can vary between the run configurations of an experiment, a row each.
+//! Parameters: all settings that can vary between the run configurations of an experiment, one entry each.
 //!
-//! From a row come the option of `render`, `animate` and `bench` with its help, the key of a sweep's `[[matrix]]` and of a
-//! result, a column of CSV, its part in the product of run configurations and in their identity and names, and the words
-//! of a report. To add a parameter: a field of [`RenderConfig`](caustics::RenderConfig) and a row of [`PARAMETERS`]. Where
-//! a decision is missing, whether another value gives another expected image, or whether run configurations differ in it,
-//! the code does not compile.
+//! An entry defines the option of `render`, `animate` and `bench` with its help, and the key of a sweep's `[[matrix]]`. It
+//! also defines the key of a result, a column of CSV and the words of a report. The product, the identity and the names of
+//! run configurations follow from it. To add a parameter, write a field of [`RenderConfig`](caustics::RenderConfig) and an
+//! entry of [`PARAMETERS`]. The code compiles only once two decisions are made: whether another value gives another
+//! expected image, and whether run configurations differ in it.
 
 use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
@@ -19,23 +19,23 @@ use caustics::named::Named;
 pub use caustics::render_config::AUTO;
 use caustics::render_config::{FeatureChoice, Radius};
 
-/// Something that can vary between run configurations.
+/// A setting that can vary between run configurations.
 pub struct Parameter {
     /// Key of a sweep's `[[matrix]]`, of results and of CSV; the option of a command has dashes for underscores.
     pub key: &'static str,
-    /// Head of its column in a report.
+    /// Heading of its column in a report.
     pub head: &'static str,
     /// Description, as the help of an option prints it.
     pub description: &'static str,
-    /// The values that it may have.
+    /// Values that it accepts.
     pub values: Values,
     /// Default value; empty where the machine decides.
     pub default: &'static str,
-    /// Neutral value: that of run configurations to which it does not apply.
+    /// Neutral value, for run configurations to which the parameter does not apply.
     pub neutral: &'static str,
-    /// How a report tells its values apart.
+    /// Visual encoding of its values in a report.
     pub shown: VisualEncoding,
-    /// Why it does not apply to a run configuration; none where it does.
+    /// Returns why the parameter does not apply to a run configuration; none where it does.
     pub not_applicable: fn(&RunConfig) -> Option<&'static str>,
     get: fn(&RunConfig) -> String,
     set: fn(&mut RunConfig, &str) -> Result<(), String>,
@@ -44,20 +44,20 @@ pub struct Parameter {
 /// The values of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum Values {
-    /// These names, each with what it is.
+    /// Names, each with a description.
     Names(fn() -> Vec<(&'static str, &'static str)>),
-    /// Numbers; in words, which.
+    /// Numbers; the text says which are allowed.
     Numbers(&'static str),
 }
 
-/// How a report tells values apart.
+/// Visual encoding of values in a report.
 #[derive(Clone, Copy, Debug)]
 pub enum VisualEncoding {
     /// By the colour of a mark.
     Color,
     /// By its shape.
     Shape,
-    /// In words, where configurations differ; the letters lead the value in the name of a configuration.
+    /// In words, where configurations differ; the letters precede the value in a configuration's name.
     Words(&'static str, fn(&str) -> String),
 }
 
@@ -74,15 +74,15 @@ impl PartialEq for Parameter {
 }
 
 impl Parameter {
-    /// The value of a run configuration.
+    /// Returns the value of a run configuration.
     pub fn get(&self, run: &RunConfig) -> String {
         (self.get)(run)
     }
 
-    /// Gives a run configuration a value.
+    /// Sets the value of a run configuration.
     ///
     /// # Errors
-    /// What the value must be, where it is something else.
+    /// If the value is not allowed; the message says what it must be.
     pub fn set(&self, run: &mut RunConfig, value: &str) -> Result<(), String> {
         (self.set)(run, value).map_err(|wrong| match self.values {
             Values::Names(names) => {
@@ -96,23 +96,23 @@ impl Parameter {
     /// Checks a value.
     ///
     /// # Errors
-    /// What it must be.
+    /// If the value is not allowed; the message says what it must be.
     pub fn check(&self, value: &str) -> Result<(), String> {
         self.set(&mut RunConfig::new(&BASIC), value)
     }
 
-    /// Its option without the leading dashes.
+    /// Its option, without the leading dashes.
     pub fn option(&self) -> String {
         self.key.replace('_', "-")
     }
 
-    /// The row of a key.
+    /// Returns the parameter of a key.
     pub fn find(key: &str) -> Option<&'static Parameter> {
         PARAMETERS.iter().copied().find(|parameter| parameter.key == key)
     }
 }
 
-/// The names of values, each with what it is.
+/// Names of values, each with a description.
 fn names<T: Named>() -> Vec<(&'static str, &'static str)> {
     T::all().into_iter().map(|value| (value.name(), value.description())).collect()
 }
@@ -157,11 +157,11 @@ pub static PARAMETERS: [&Parameter; 15] = [
     &MAX_BOUNCES,
 ];
 
-/// How a frame is rendered.
+/// Rendering method.
 pub static METHOD: Parameter =
     Parameter { description: "How to render", default: "basic", neutral: "basic", ..named!(method: &Method) };
 
-/// How photons and collection points meet.
+/// Gather: how photons and collection points are brought together.
 pub static GATHER: Parameter = Parameter {
     key: "gather",
     head: "gather",
@@ -180,7 +180,7 @@ pub static GATHER: Parameter = Parameter {
     },
 };
 
-/// Which light is the light paths'.
+/// Definition of a caustic: the light that light paths carry.
 pub static CAUSTICS: Parameter = Parameter {
     description: "Which light is a caustic, found by light paths",
     default: "first",
@@ -189,7 +189,7 @@ pub static CAUSTICS: Parameter = Parameter {
     ..named!(caustics: Caustics)
 };
 
-/// How light paths start.
+/// Emission: how light paths start.
 pub static EMISSION: Parameter = Parameter {
     description: "How light paths start",
     default: "guided",
@@ -200,7 +200,7 @@ pub static EMISSION: Parameter = Parameter {
     ..named!(emission: &Emission)
 };
 
-/// How camera paths find lights.
+/// Light sampler: how camera paths find lights.
 pub static LIGHT_SAMPLER: Parameter = Parameter {
     description: "How camera paths find lights, up to the collection point",
     default: "resampled",
@@ -210,7 +210,7 @@ pub static LIGHT_SAMPLER: Parameter = Parameter {
     ..named!(light_sampler: LightSampler)
 };
 
-/// Where the numbers of camera paths come from.
+/// Sampler: source of the random numbers of camera paths.
 pub static SAMPLER: Parameter = Parameter {
     description: "Where the random numbers of camera paths come from",
     default: "sobol",
@@ -219,7 +219,7 @@ pub static SAMPLER: Parameter = Parameter {
     ..named!(sampler: Sampler)
 };
 
-/// Light of the previous frame that is reused.
+/// History: light of the previous frame that collection points reuse.
 pub static HISTORY: Parameter = Parameter {
     description: "Light of the previous frame that collection points reuse",
     default: "none",
@@ -230,7 +230,7 @@ pub static HISTORY: Parameter = Parameter {
     ..named!(history: &History)
 };
 
-/// Path-traced light of the previous frame that is reused.
+/// Path history: path-traced light of the previous frame that is reused.
 pub static PATH_HISTORY: Parameter = Parameter {
     head: "path history",
     description: "Path-traced light of the previous frame that collection points reuse",
@@ -246,7 +246,7 @@ pub static PATH_HISTORY: Parameter = Parameter {
     ..named!(path_history: PathHistory)
 };
 
-/// What is done about rare bright samples of camera paths.
+/// Treatment of fireflies, rare bright samples of camera paths.
 pub static FIREFLIES: Parameter = Parameter {
     description: "What is done about rare bright samples of camera paths",
     default: "kept",
@@ -266,7 +266,7 @@ pub static DENOISER: Parameter = Parameter {
     ..named!(denoiser: &Denoiser)
 };
 
-/// Where frames are rendered.
+/// Runner: where kernels run.
 pub static RUNNER: Parameter = Parameter {
     key: "runner",
     head: "runner",
@@ -284,7 +284,7 @@ pub static RUNNER: Parameter = Parameter {
     },
 };
 
-/// Kernel code that is compiled in.
+/// Features: kernel code that is compiled in.
 pub static FEATURES: Parameter = Parameter {
     description: "Kernel code that is compiled in",
     default: "scene",
@@ -293,7 +293,7 @@ pub static FEATURES: Parameter = Parameter {
     ..named!(features: FeatureChoice)
 };
 
-/// Light paths of a frame; other keys for them: `PATHS_SPELLINGS`.
+/// Light paths a pixel and frame; `PATHS_SPELLINGS` has other keys for them.
 pub static PATHS_PER_PIXEL: Parameter = Parameter {
     key: "paths_per_pixel",
     head: "paths/px",
@@ -335,7 +335,7 @@ pub static RADIUS_PX: Parameter = Parameter {
     },
 };
 
-/// Length of paths.
+/// Maximum length of paths.
 pub static MAX_BOUNCES: Parameter = Parameter {
     key: "max_bounces",
     head: "bounces",
@@ -362,8 +362,8 @@ const RUNNERS: [(&str, &str); 5] = [
     ("gpu-software", "Any Vulkan device, by the project's own BVH"),
 ];
 
-/// Other keys for the light paths of a frame: key, what it is, and the letters around the number that say so in a value of
-/// [`PATHS_PER_PIXEL`].
+/// Other keys for the light paths of a frame: key, description, and the letters that mark it around the number in a value
+/// of [`PATHS_PER_PIXEL`].
 const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
     (
         "light_paths",
@@ -377,7 +377,7 @@ const PATHS_SPELLINGS: [(&str, &str, [&str; 2]); 2] = [
     ),
 ];
 
-/// The keys by which parameters are given values, each with what it is: one for each parameter, of light paths several.
+/// Keys that set parameters, each with a description: one for each parameter, several for light paths.
 pub fn keys() -> impl Iterator<Item = (&'static str, &'static str, &'static Parameter)> {
     let of_parameter = |parameter: &'static Parameter| {
         let others = PATHS_SPELLINGS.into_iter().filter(move |_| *parameter == PATHS_PER_PIXEL);
@@ -387,7 +387,7 @@ pub fn keys() -> impl Iterator<Item = (&'static str, &'static str, &'static Para
     PARAMETERS.into_iter().flat_map(of_parameter)
 }
 
-/// The parameter of a key, and the value of a text under that key.
+/// Returns the parameter of a key, and its value for a text under that key.
 pub fn spelled(key: &str, text: &str) -> Option<(&'static Parameter, String)> {
     let (_, _, parameter) = keys().find(|(known, ..)| *known == key)?;
     if (key, text) == ("light_paths", AUTO) {
@@ -407,7 +407,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_axis_takes_its_own_values_and_no_others() {
+    fn every_parameter_accepts_only_its_own_values() {
         for parameter in PARAMETERS {
             parameter.check(parameter.default).unwrap();
             parameter.check(parameter.neutral).unwrap();
@@ -424,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_set_is_got() {
+    fn set_values_are_returned() {
         for (parameter, value) in [
             (&METHOD, "path"),
             (&GATHER, "brute"),

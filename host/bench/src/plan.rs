@@ -7,18 +7,18 @@ use caustics::render_config::RenderConfig;
 /// Frames whose errors are measured.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Compared {
-    /// The last one.
+    /// Last one.
     Last,
     /// Every one.
     Every,
-    /// These; the first frame is 0.
+    /// Frames of these indices; the first frame is 0.
     These(Vec<u32>),
 }
 
-/// What is measured.
+/// Settings and frames of a measurement.
 #[derive(Clone, Debug)]
 pub struct MeasurementPlan {
-    /// Settings of all run configurations; what one has itself is its own.
+    /// Settings of the image, the same for all run configurations; a configuration has its own for everything else.
     pub config: RenderConfig,
     /// Name of the camera.
     pub camera: String,
@@ -26,15 +26,15 @@ pub struct MeasurementPlan {
     pub frames: Range<u32>,
     /// Frames a second; frame k shows the time k / fps.
     pub fps: f64,
-    /// The time that all frames show instead (s).
+    /// Time that all frames show instead (s).
     pub moment: Option<f64>,
-    /// Frames rendered at the first frame's pose before it, and not recorded.
+    /// Frames rendered beforehand, at the first frame's pose, and not recorded.
     pub warm_up: u32,
     /// Whether times are recorded.
     pub time: bool,
     /// The frames whose errors are measured.
     pub compared: Compared,
-    /// Independent seeds of each run configuration, from that of the settings on.
+    /// Number of independent seeds of each run configuration, from the settings' seed on.
     pub seeds: u32,
 }
 

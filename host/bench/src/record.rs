@@ -1,4 +1,4 @@
-//! A frame of a run configuration and every measure of it.
+//! A frame of a run configuration, with every measure of it.
 
 use std::collections::BTreeMap;
 
@@ -9,12 +9,12 @@ pub struct FrameRecord {
     pub frame: u32,
     /// Name of the run configuration.
     pub run: String,
-    /// Measures by name, units at the end of the name; ratios, FLIP and relative errors have none.
+    /// Measures by name, with the unit at the end of the name; ratios, FLIP and relative errors have no unit.
     pub values: BTreeMap<String, f64>,
 }
 
 impl FrameRecord {
-    /// A measure.
+    /// Returns a measure.
     pub fn get(&self, name: &str) -> Option<f64> {
         self.values.get(name).copied()
     }
@@ -26,7 +26,7 @@ impl FrameRecord {
         }
     }
 
-    /// Times of the passes (ms).
+    /// Names and times of the passes (ms).
     pub fn passes<'a>(&'a self) -> impl Iterator<Item = (&'a str, f64)> {
         let pass = |name: &'a str| name.strip_prefix("pass.")?.strip_suffix("_ms");
         self.values.iter().filter_map(move |(name, value)| Some((pass(name)?, *value)))

@@ -1,9 +1,9 @@
 //! The reference of each frame: many frames of `progressive` at that frame's pose, rendered once and kept on disk.
 //!
-//! Its light paths and radii are its own, whatever those of the run configurations, so that all configurations of a view
-//! share it: radii start as the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256
-//! frames. Configurations whose radius is below that are not blurred more than their reference. Its seed is its own, the
-//! same for all frames: where nothing moves, it does not change at all.
+//! Light paths and radii of a reference do not depend on the run configurations, so all configurations of a view share it.
+//! Radii start as the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256 frames.
+//! Configurations with a smaller radius are not blurred more than their reference. All frames use one seed: where nothing
+//! moves, the reference does not change at all.
 
 use caustics::render_config::{Paths, Radius};
 use std::cell::RefCell;
@@ -33,7 +33,7 @@ use caustics_kernels::{denoiser, history};
 
 /// Seed of all references; no run configuration may have it.
 pub const SEED: u32 = 0x7265_6665;
-/// A reference's frame shoots this many light paths a pixel: its camera paths cost as much in any case.
+/// Light paths a pixel in each frame of a reference. The frame's camera paths cost as much in any case.
 const LIGHT_PATHS_PER_PIXEL: u32 = 4;
 
 /// References of the frames of a plan.
@@ -41,30 +41,30 @@ const LIGHT_PATHS_PER_PIXEL: u32 = 4;
 pub struct References<'a> {
     plan: &'a MeasurementPlan,
     run: &'a RunConfig,
-    /// Posed at one time after the other.
+    /// Scene, posed for one frame after another.
     scene: RefCell<Scene>,
     config: RenderConfig,
     frames: u32,
     folder: PathBuf,
-    /// What decides the reference of each frame that was asked for.
+    /// Identity of each frame's reference, once computed.
     identities: RefCell<BTreeMap<u32, String>>,
 }
 
-/// What became of a reference.
+/// Outcome of [`References::keep`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kept {
-    /// It was there.
+    /// The file existed.
     Reused,
     /// It was rendered.
     Rendered,
-    /// It was there, but damaged or another's, and was rendered anew.
+    /// The file existed, but was damaged or another reference's, and was rendered anew.
     Replaced,
-    /// The run was stopped before it was done.
+    /// The run was stopped before the reference was done.
     Stopped,
 }
 
 impl<'a> References<'a> {
-    /// References of a scene as loaded, in a folder of their own below `cache`. They have the bounces of the run
+    /// References of a scene as loaded, in a folder of their own below `cache`. They have the maximum bounces of the run
     /// configuration, and its runner renders them.
     pub fn new(
         plan: &'a MeasurementPlan,
@@ -94,25 +94,25 @@ impl<'a> References<'a> {
         References { plan, run, scene, config, frames, folder, identities }
     }
 
-    /// Where they are kept.
+    /// Folder of the references.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The file of a frame's reference; that of every frame where nothing moves.
+    /// File of a frame's reference; all frames share it where nothing moves.
     pub fn path(&self, frame: u32) -> PathBuf {
         self.folder.join(format!("{:04}.exr", self.known_as(frame)))
     }
 
-    /// The frame that the reference of a frame is kept as.
+    /// Index of the frame under which a frame's reference is kept.
     fn known_as(&self, frame: u32) -> u32 {
         if self.plan.moment.is_none() { frame } else { 0 }
     }
 
-    /// Makes sure that the reference of a frame is there.
+    /// Renders the reference of a frame, unless it exists.
     ///
     /// # Errors
-    /// A scene that cannot be posed or rendered, a folder that cannot be written.
+    /// If the scene cannot be posed or rendered, or the folder cannot be written.
     pub fn keep(&self, frame: u32, stopped: &dyn Fn() -> bool) -> anyhow::Result<Kept> {
         let identity = self.identity(frame)?;
         let path = self.path(frame);
@@ -129,15 +129,15 @@ impl<'a> References<'a> {
         Ok(if was_there { Kept::Replaced } else { Kept::Rendered })
     }
 
-    /// The reference of a frame, which must have been kept.
+    /// Loads the reference of a frame, which must have been kept.
     ///
     /// # Errors
-    /// A file that is not there, is damaged, or is another's.
+    /// If the file is missing, damaged, or another reference's.
     pub fn load(&self, frame: u32) -> anyhow::Result<RenderedImage> {
         self.read(&self.path(frame), &self.identity(frame)?)
     }
 
-    /// What decides the bits of the reference of a frame, but for the runner's last digits.
+    /// Text of everything that decides a frame's reference, except the runner, which changes its last digits only.
     fn identity(&self, frame: u32) -> anyhow::Result<String> {
         let known_as = self.known_as(frame);
         if let Some(known) = self.identities.borrow().get(&known_as) {
@@ -178,7 +178,7 @@ impl<'a> References<'a> {
         Ok(Some(exr::encode(&sums.mean(), variance, &attributes)?))
     }
 
-    /// Both layers of a file, if it is whole and of this identity.
+    /// Reads both layers of a file, if it is whole and has this identity.
     fn read(&self, path: &Path, identity: &str) -> anyhow::Result<RenderedImage> {
         let bytes = read_file(path).with_context(|| format!("cannot read {}", path.display()))?;
         anyhow::ensure!(attributes::is_whole(&bytes) == Some(true), "{} is damaged", path.display());

@@ -1,5 +1,5 @@
-//! Options, keys and environment variables that were renamed. An old spelling on the command line, in a sweep or in the environment is an error that says the new
-//! one; results on disk are read under both. Imports nothing.
+//! Renamed options, keys and environment variables. An old spelling on the command line, in a sweep or in the environment
+//! is an error that names the new one. Results on disk are read under both. Imports nothing.
 
 /// Options of the command line.
 pub const OPTIONS: &[(&str, &str)] = &[

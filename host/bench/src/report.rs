@@ -1,7 +1,7 @@
-//! A report: folders of results in, one page out that needs no network, and SVG and CSV of each figure.
+//! A report: results of several folders as one page that needs no network, and SVG and CSV of each figure.
 //!
-//! `load` reads the results of run configurations, `scene` groups and `name` names them; every figure, table and block has
-//! a file of its own; `page` puts them together.
+//! `load` reads the results of run configurations, `scene` groups them and `name` names them. Every figure, table and block
+//! has its own file; `page` assembles them.
 
 use std::path::PathBuf;
 
@@ -44,31 +44,31 @@ use page::Section;
 use scene::ReportScene;
 use table::{Table, csv};
 
-/// What a report is made of.
+/// Input of a report.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// Folders of results.
     pub folders: Vec<PathBuf>,
-    /// Folders of results that these are held against, each run configuration against the same one.
+    /// Folders of results to compare with; each run configuration is compared with the same one there.
     pub baseline: Vec<PathBuf>,
-    /// The page's title.
+    /// Title of the page.
     pub title: String,
-    /// Images of a scene, at most.
+    /// Maximum number of images of a scene.
     pub images: usize,
-    /// The page's file, for the command that makes it again.
+    /// File of the page, named in the command that repeats the report.
     pub output: PathBuf,
 }
 
 /// A report that can be written.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// The page.
+    /// HTML of the page.
     pub html: String,
     /// Files beside it: names and contents.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What a reader of the report does not see.
+    /// Messages for the user that are not on the page.
     pub warnings: Vec<String>,
-    /// Run configurations in it.
+    /// Number of run configurations in the report.
     pub runs: usize,
 }
 
@@ -94,7 +94,7 @@ impl Report {
     }
 }
 
-/// Makes the report.
+/// Reads the results and makes the report.
 pub fn report(request: &Request) -> anyhow::Result<Report> {
     let (runs, warnings) = load::load(&request.folders)?;
     let (before, of_before) = match &request.baseline[..] {
@@ -105,7 +105,7 @@ pub fn report(request: &Request) -> anyhow::Result<Report> {
     Ok(Report { warnings: [warnings, of_before, report.warnings].concat(), ..report })
 }
 
-/// Makes the report of results that lie in no folder.
+/// Makes the report of results that are in memory.
 pub(crate) fn from_results(results: Vec<RunResult>, request: &Request) -> anyhow::Result<Report> {
     let measured = |result| Measured { result, folder: "/no folder".into() };
     from_runs(&results.into_iter().map(measured).collect::<Vec<_>>(), &[], request)
@@ -181,8 +181,8 @@ fn from_runs(runs: &[Measured], before: &[Measured], request: &Request) -> anyho
     Ok(report)
 }
 
-/// All that is known of a scene, in the order of its questions: which is best, what does it look like, why does it
-/// take that long, what are the numbers.
+/// Section of a scene. It answers in order: which is best, how does it look, why does it take that long, what are the
+/// numbers.
 fn scene_section(
     scene: &ReportScene,
     names: &Names,

@@ -1,5 +1,4 @@
-//! What an experiment says of a run configuration: one JSON file for each, written by `bench` and `sweep`, read by
-//! `report`.
+//! Result of an experiment for one run configuration: a JSON file, written by `bench` and `sweep`, read by `report`.
 
 use std::collections::BTreeMap;
 
@@ -13,32 +12,32 @@ use crate::renamed;
 /// A run configuration, its measures, and where they come from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunResult {
-    /// Hash of all that decides the measures; the file's name.
+    /// Hash of everything that decides the measures; the file's name.
     pub identity: String,
-    /// What was rendered, and how.
+    /// Scene, camera and settings.
     #[serde(rename = "cell")]
     pub config: ConfigValues,
-    /// How long a frame takes; none where only errors were measured.
+    /// Times of a frame; none where only errors were measured.
     pub time: Option<TimeResult>,
-    /// How far frames are from the reference; none where only times were measured.
+    /// Errors against the reference; none where only times were measured.
     pub error: Option<ErrorResult>,
-    /// Frame by frame, of scenes that move.
+    /// Results of each frame, for scenes that move.
     pub frames: Vec<FrameResult>,
-    /// Where it was measured.
+    /// Origin of the measures.
     pub provenance: Provenance,
-    /// What a reader should know: a time that could not be met, say.
+    /// Note for the reader, such as a target time that was not met.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
 
-/// What was rendered, and how.
+/// Scene, camera and settings of a run configuration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ConfigValues {
     /// Name of the scene.
     pub scene: String,
     /// Name of the camera.
     pub camera: String,
-    /// `cone` or `finest`; empty in files older than the choice, which are of `cone`.
+    /// `cone` or `finest`; empty in files older than the choice, which used `cone`.
     #[serde(default)]
     pub texture_filter: String,
     /// The value of each parameter by its key.
@@ -55,12 +54,12 @@ enum Value {
 }
 
 impl ConfigValues {
-    /// A scene and a camera; no parameter has a value yet.
+    /// Values of a scene and a camera, without parameters.
     pub fn new(scene: &str, camera: &str) -> ConfigValues {
         ConfigValues { scene: scene.into(), camera: camera.into(), ..ConfigValues::default() }
     }
 
-    /// The value of a parameter in words; empty where the parameter is younger than the file.
+    /// Returns the value of a parameter as text; empty where the file is older than the parameter.
     pub fn text(&self, parameter: &Parameter) -> String {
         match self.values.get(parameter.key) {
             Some(Value::Number(number)) => number.to_string(),
@@ -69,7 +68,7 @@ impl ConfigValues {
         }
     }
 
-    /// The value of a parameter as a number; 0 where it is none.
+    /// Returns the value of a parameter as a number; 0 where it is not a number.
     pub fn number(&self, parameter: &Parameter) -> f64 {
         if let Some(Value::Number(number)) = self.values.get(parameter.key) { *number } else { 0.0 }
     }
@@ -83,13 +82,13 @@ impl ConfigValues {
         self.values.insert(parameter.key.into(), value);
     }
 
-    /// The same with another value of a parameter.
+    /// Returns these values with another value of a parameter.
     pub fn with(mut self, parameter: &Parameter, text: &str) -> ConfigValues {
         self.set(parameter, text);
         self
     }
 
-    /// Calls the parameters of older files as they are called now.
+    /// Renames the parameters of older files to their current names.
     pub fn rename(&mut self) {
         for (old, new) in renamed::KEYS {
             if let Some(value) = self.values.remove(*old) {
@@ -99,7 +98,7 @@ impl ConfigValues {
     }
 }
 
-/// Time of a frame and what it is made of.
+/// Time of a frame and of its parts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimeResult {
     /// Image width (px).
@@ -115,7 +114,7 @@ pub struct TimeResult {
     pub frames: u32,
     /// Time of a frame (ms).
     pub total_ms: Quartiles,
-    /// Median of the frame's time over that of the first run configuration in the same turn.
+    /// Median of the ratios of the frame's time to the time of the first run configuration in the same turn.
     pub ratio_to_first: Option<f64>,
     /// Name of that first configuration.
     pub first: String,
@@ -131,7 +130,7 @@ pub struct TimeResult {
     pub light_paths_per_s: Option<f64>,
     /// Bytes of each buffer.
     pub memory_bytes: BTreeMap<String, u64>,
-    /// What passes cost beside what they should, where the tracer alone was timed too.
+    /// Measured and expected costs of passes, where the tracer alone was timed too.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub costs: BTreeMap<String, Cost>,
 }
@@ -139,11 +138,11 @@ pub struct TimeResult {
 /// Median and interquartile range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quartiles {
-    /// A quarter is below.
+    /// Lower quartile.
     pub lower: f64,
     /// The median.
     pub median: f64,
-    /// A quarter is above.
+    /// Upper quartile.
     pub upper: f64,
 }
 
@@ -160,14 +159,14 @@ pub struct ErrorResult {
     pub seeds: u32,
     /// Frames of the progressive reference.
     pub reference_frames: u32,
-    /// Image of the last frame, the first seed's: a PNG beside the JSON.
+    /// Image of the last frame, from the first seed: name of a PNG beside the JSON.
     #[serde(alias = "picture")]
     pub image: Option<String>,
-    /// FLIP of each of its pixels as PNG.
+    /// PNG of the image's FLIP map.
     pub error_map: Option<String>,
-    /// The reference of that frame as PNG.
+    /// PNG of that frame's reference.
     pub reference: Option<String>,
-    /// Standard errors of measures between seeds, by their keys; empty where there is one seed.
+    /// Standard errors of measures between seeds, by their keys; empty for a single seed.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub standard_errors: BTreeMap<String, f64>,
     /// Measures of error by their keys.
@@ -186,14 +185,14 @@ impl ErrorResult {
         self.values.get(measure.key).copied().flatten()
     }
 
-    /// The same with another value of a measure.
+    /// Returns these errors with another value of a measure.
     pub fn with(mut self, measure: &Measure, value: Option<f64>) -> ErrorResult {
         self.values.insert(measure.key.into(), value);
         self
     }
 }
 
-/// A frame of a run configuration, of an animation.
+/// Result of one frame of an animation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameResult {
     /// Index of the frame.
@@ -212,7 +211,7 @@ impl FrameResult {
     }
 }
 
-/// Where a measure comes from.
+/// Origin of a measure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Commit of the program.

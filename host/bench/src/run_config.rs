@@ -1,4 +1,4 @@
-//! Run configurations, which an experiment holds against each other.
+//! Run configurations, which an experiment compares with each other.
 
 use caustics::render_config::RenderConfig;
 use caustics::session::RunnerChoice;
@@ -6,18 +6,18 @@ use caustics::session::RunnerChoice;
 /// A run configuration: all that can vary in an experiment.
 #[derive(Clone, Debug)]
 pub struct RunConfig {
-    /// Its name in tables, as `name_all` gives it.
+    /// Name in tables, assigned by `name_all`.
     pub name: String,
-    /// How frames are rendered; settings of the image are those of its plan.
+    /// Settings of the frames; those of the image are the plan's.
     pub config: RenderConfig,
-    /// Where it runs.
+    /// Runner.
     pub runner: RunnerChoice,
-    /// The runner that was asked for, by its name.
+    /// Name of the runner that the user asked for.
     pub asked_runner: &'static str,
 }
 
 impl RunConfig {
-    /// The same with changed settings.
+    /// Returns this configuration with changed settings.
     #[must_use]
     pub fn with(mut self, change: impl FnOnce(&mut RenderConfig)) -> RunConfig {
         change(&mut self.config);
@@ -25,7 +25,7 @@ impl RunConfig {
     }
 }
 
-/// `cpu`, `gpu-hardware` or `gpu-software`.
+/// Returns `cpu`, `gpu-hardware` or `gpu-software`.
 pub fn runner_name(runner: &RunnerChoice) -> &'static str {
     match runner {
         RunnerChoice::Cpu { .. } => "cpu",

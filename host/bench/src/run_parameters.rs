@@ -1,5 +1,4 @@
-//! What the parameters say of a run configuration: what of it matters, what it is known by, its names, its row in
-//! results.
+//! Run configurations by their parameters: relevant values, identity, names, and values of a result.
 
 use caustics_kernels::emission;
 use caustics_kernels::interface::choice::Sampler;
@@ -13,7 +12,7 @@ use caustics::scene::Scene;
 use caustics::session::RunnerChoice;
 
 impl RunConfig {
-    /// A method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
+    /// Returns a method by itself: no history, no filter, one light path a pixel, on all cores of the CPU.
     pub fn new(method: &'static Method) -> RunConfig {
         let runner = RunnerChoice::Cpu { threads: 0 };
         let run = RunConfig {
@@ -33,26 +32,26 @@ impl RunConfig {
         RunConfig { name: run.short_name(), ..run }
     }
 
-    /// The same frames with all that its method does not look at set aside: configurations of one effect are one
-    /// configuration.
+    /// Sets every parameter that does not apply to its neutral value. Configurations that render the same become equal.
     pub fn effective(mut self) -> RunConfig {
         for parameter in PARAMETERS {
             if (parameter.not_applicable)(&self).is_some() {
-                // A value that a parameter has itself is one that it takes.
+                // A parameter's neutral value is always valid.
                 let _ = parameter.set(&mut self, parameter.neutral);
             }
         }
         self
     }
 
-    /// Text of all that it is but its name.
+    /// Text of everything except the name.
     pub fn key(&self) -> String {
         let values = PARAMETERS.iter().map(|parameter| format!("{} {}", parameter.key, parameter.get(self)));
-        // Of runners the device too.
+        // A runner's name does not include its device.
         format!("{} on {:?}", values.collect::<Vec<_>>().join(" "), self.runner)
     }
 
-    /// Method, history, and whatever else has a colour and is not as usual: `basic-paper`, `basic-paper-atrous`.
+    /// Method, history, and every other colour-coded parameter that is not at its default: `basic-paper`,
+    /// `basic-paper-atrous`.
     fn short_name(&self) -> String {
         let colored =
             PARAMETERS.into_iter().filter(|parameter| matches!(parameter.shown, VisualEncoding::Color));
@@ -64,7 +63,7 @@ impl RunConfig {
         named.map(|parameter| parameter.get(self)).collect::<Vec<_>>().join("-")
     }
 
-    /// What a result says of it; paths a pixel are those of a frame of this size.
+    /// Values of a result; paths a pixel are those of a frame of this size.
     pub fn values(&self, scene: &Scene, camera: &str, image: &RenderConfig) -> ConfigValues {
         let RenderConfig { width, height, texture_filter, .. } = *image;
         let paths = match self.config.light_paths {
@@ -85,7 +84,7 @@ impl RunConfig {
     }
 }
 
-/// Names run configurations: what has a colour, then whatever else differs between them.
+/// Names run configurations by their colour-coded parameters, then by all others in which they differ.
 pub fn name_all(runs: &mut [RunConfig]) {
     let mut names: Vec<String> = runs.iter().map(RunConfig::short_name).collect();
     for parameter in
@@ -121,7 +120,7 @@ mod tests {
     use caustics_kernels::{denoiser, history};
 
     #[test]
-    fn what_a_method_does_not_look_at_makes_no_other_configuration() {
+    fn parameters_that_do_not_apply_make_no_other_configuration() {
         let fancy = |method| {
             RunConfig::new(method).with(|config| {
                 config.gather = Some(&variant::BRUTE);
@@ -136,7 +135,7 @@ mod tests {
         assert_ne!(fancy(&BASIC).key(), RunConfig::new(&BASIC).key());
     }
 
-    /// Results that were kept before are known by this text.
+    /// Results on disk are found by this text.
     #[test]
     fn the_key_of_a_run_configuration_is_as_it_was() {
         let run = RunConfig::new(&BASIC).with(|config| config.light_paths = Paths::PerPixel(0.5));
@@ -147,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn names_say_what_differs() {
+    fn names_contain_the_differing_values() {
         let mut runs = [
             RunConfig::new(&BASIC),
             RunConfig::new(&BASIC).with(|config| {

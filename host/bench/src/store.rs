@@ -16,38 +16,38 @@ use caustics::output::target::Target;
 use caustics::program::program;
 use caustics::{kernels, machine, memory};
 
-/// Digits of identities: those of today, and those of results that were measured before.
+/// Digits of identities: current ones, and those of older results.
 const LENGTHS: [usize; 2] = [DIGITS, 16];
 
-/// The folder of the results in a folder.
+/// Returns the subfolder that holds an experiment's results.
 pub fn results_folder(folder: &Path) -> PathBuf {
     folder.join("cells")
 }
 
-/// Makes the folder of the results.
+/// Creates the folder of the results.
 pub fn create(folder: &Path) -> anyhow::Result<()> {
     let results = results_folder(folder);
     std::fs::create_dir_all(&results).with_context(|| format!("cannot create {}", results.display()))
 }
 
-/// The file of a result.
+/// Returns the path of a result.
 pub fn file(folder: &Path, identity: &str) -> PathBuf {
     results_folder(folder).join(format!("{identity}.json"))
 }
 
-/// Writes a result in the place of an older one.
+/// Writes a result, replacing an older one.
 pub fn write(folder: &Path, result: &RunResult) -> anyhow::Result<()> {
     let mut text = serde_json::to_string_pretty(result)?;
     text.push('\n');
     Ok(Target::claim(&file(folder, &result.identity), true)?.finish(text.as_bytes())?)
 }
 
-/// The result of this identity, if it is there and whole.
+/// Returns the result of an identity; none where it is missing or damaged.
 pub fn read(folder: &Path, identity: &str) -> Option<RunResult> {
     read_file(&file(folder, identity)).ok()
 }
 
-/// The result in a file.
+/// Reads the result in a file.
 pub fn read_file(path: &Path) -> anyhow::Result<RunResult> {
     let bytes = file::read_file(path).with_context(|| format!("cannot read {}", path.display()))?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -55,8 +55,8 @@ pub fn read_file(path: &Path) -> anyhow::Result<RunResult> {
         .with_context(|| format!("{} is no result of a run configuration; measure it again", path.display()))
 }
 
-/// The result in the bytes of a file of this stem. Its names lead nowhere but into the folder of the file: the identity is
-/// the stem, hexadecimal digits, and images are PNGs beside it.
+/// Parses the result in a file of this stem. Its names stay within the file's folder: the identity is the stem, in
+/// hexadecimal digits, and images are PNGs beside it.
 pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<RunResult> {
     memory::check(memory::json_parse_bytes(bytes)).map_err(|short| anyhow!("it would take {short}"))?;
     let mut result: RunResult = serde_json::from_slice(bytes)?;
@@ -77,7 +77,7 @@ pub fn parse(bytes: &[u8], stem: &str) -> anyhow::Result<RunResult> {
     Ok(result)
 }
 
-/// Results of a run: on disk, or in memory for who wants no files.
+/// Results of a run: on disk, or in memory where the user wants no files.
 #[derive(Debug, Default)]
 pub struct Results {
     folder: Option<PathBuf>,
@@ -85,16 +85,16 @@ pub struct Results {
 }
 
 impl Results {
-    /// Results in a folder, which is made, or in memory.
+    /// Keeps results in a folder, which is created, or in memory.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// If the folder cannot be created.
     pub fn new(folder: Option<&Path>) -> anyhow::Result<Results> {
         folder.map_or(Ok(()), create)?;
         Ok(Results { folder: folder.map(Path::to_path_buf), in_memory: RefCell::default() })
     }
 
-    /// The result of this identity, if it is there and whole.
+    /// Returns the result of an identity; none where it is missing or damaged.
     pub fn read(&self, identity: &str) -> Option<RunResult> {
         match &self.folder {
             Some(folder) => read(folder, identity),
@@ -102,10 +102,10 @@ impl Results {
         }
     }
 
-    /// Keeps a result in the place of an older one.
+    /// Keeps a result, replacing an older one.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// If the file cannot be written.
     pub fn write(&self, result: &RunResult) -> anyhow::Result<()> {
         match &self.folder {
             Some(folder) => write(folder, result),
@@ -116,10 +116,10 @@ impl Results {
         }
     }
 
-    /// Keeps an image beside the results; its name, or none in memory.
+    /// Writes an image beside the results. Returns its name, or none in memory.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// If the file cannot be written.
     pub fn write_png(
         &self,
         name: String,
@@ -134,12 +134,12 @@ impl Results {
     }
 }
 
-/// All results of a folder in the order of their identities; a file that is none is an error.
+/// Reads all results of a folder, in the order of their identities. A file that is not a result is an error.
 pub fn read_all(folder: &Path) -> anyhow::Result<Vec<RunResult>> {
     let results = results_folder(folder);
     let entries = results.read_dir().with_context(|| format!("cannot read {}", results.display()))?;
     let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<anyhow::Result<Vec<PathBuf>>>()?;
-    // A part of a file has a name that starts with a dot.
+    // Skip unfinished files, whose names start with a dot.
     let hidden =
         |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "json") && !hidden(path));
@@ -147,7 +147,7 @@ pub fn read_all(folder: &Path) -> anyhow::Result<Vec<RunResult>> {
     paths.iter().map(|path| read_file(path)).collect()
 }
 
-/// Where a measure of now comes from.
+/// Provenance of a measure taken now.
 pub fn provenance(device: String, seed: u32, wall_s: f64) -> Provenance {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     Provenance {

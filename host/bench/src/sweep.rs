@@ -1,4 +1,4 @@
-//! Sweeps: a matrix of run configurations over scenes, each measured once for time and error, its result a file.
+//! Sweeps: a matrix of run configurations over scenes. Each is measured once for time and error; its result is a file.
 
 pub mod config;
 pub mod equal_time;

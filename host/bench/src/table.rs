@@ -1,4 +1,4 @@
-//! Results as tables: for a person, and as CSV with a row for each pass, run configuration, or frame.
+//! Results as tables: for the user, and as CSV with a row for each pass, run configuration or frame.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use super::parameter::{HISTORY, PARAMETERS};
 use super::result::{ErrorResult, FrameResult, Quartiles, RunResult, TimeResult};
 use caustics::metric::percentile::quantile;
 
-/// Buffers below this are not listed for a person (bytes).
+/// Size below which a buffer is left out of the user's table (bytes).
 const SMALL: u64 = 50_000;
 
 /// Lines of columns: a name, then right-aligned cells.
@@ -30,8 +30,8 @@ fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or("-".into(), |value| format!("{value:.digits$}"))
 }
 
-/// For a person: a line for each run configuration, by name, of its times and one of its errors, then one for each pass,
-/// and the largest buffers.
+/// Table for the user. Each run configuration has a line with its times and one of its errors. Lines for each pass and for
+/// the largest buffers follow.
 pub fn table(results: &[(String, RunResult)]) -> String {
     let wide = results.iter().map(|(name, _)| name.len()).max().unwrap_or(0).max(13);
     let mut lines = Lines { text: String::new(), wide };
@@ -91,13 +91,14 @@ fn errors(lines: &mut Lines, results: &[(String, RunResult)]) {
     lines.line("", &[]);
 }
 
-/// The result that differs in its history only, and has none.
+/// Returns the result that differs only in its history, which is none.
 fn baseline<'a>(result: &RunResult, results: &'a [(String, RunResult)]) -> Option<&'a RunResult> {
     let wanted = result.config.clone().with(&HISTORY, HISTORY.neutral);
     results.iter().map(|(_, other)| other).find(|other| other.config == wanted)
 }
 
-/// Variance of the caustics without a history over that with one: the median over frames, or that of a still image.
+/// Variance of the caustics without a history over the variance with one: the median over frames, or the ratio of a still
+/// image.
 fn median_gain(result: &RunResult, none: &RunResult) -> Option<f64> {
     let variance = |frame: &FrameResult| Some((frame.frame, frame.get(&CAUSTICS_VARIANCE)?));
     let of_none: Vec<_> = none.frames.iter().filter_map(variance).collect();
@@ -113,7 +114,7 @@ fn median_gain(result: &RunResult, none: &RunResult) -> Option<f64> {
     Some(quantile(&gains, 0.5))
 }
 
-/// Frames in which a measure is above that without history; none where no frame has it.
+/// Number of frames in which a measure is above its value without history; none where no frame has the measure.
 fn frames_above(measure: &Measure, result: &RunResult, none: &RunResult) -> Option<usize> {
     let value =
         |run: &RunResult, index: u32| run.frames.iter().find(|frame| frame.frame == index)?.get(measure);
@@ -175,7 +176,7 @@ pub fn passes_csv(results: &[RunResult]) -> anyhow::Result<Vec<u8>> {
     Ok(table.into_inner()?)
 }
 
-/// CSV with a row for each frame of each run configuration of scenes that move; none where there are no frames.
+/// CSV with a row for each frame of each run configuration of scenes that move; none without frames.
 pub fn frames_csv(results: &[RunResult]) -> anyhow::Result<Option<Vec<u8>>> {
     if results.iter().all(|result| result.frames.is_empty()) {
         return Ok(None);
@@ -206,7 +207,7 @@ fn text(value: Option<f64>) -> String {
 /// A column of `cells.csv`: its head, and its value in a result.
 type Column<T> = (&'static str, fn(&T) -> Option<f64>);
 
-/// What was timed.
+/// Columns of times.
 const TIMES: [Column<TimeResult>; 11] = [
     ("width", |time| Some(f64::from(time.width))),
     ("height", |time| Some(f64::from(time.height))),
@@ -220,14 +221,14 @@ const TIMES: [Column<TimeResult>; 11] = [
     ("light_paths_per_s", |time| time.light_paths_per_s),
     ("memory_bytes", |time| Some(time.memory_bytes.values().sum::<u64>() as f64)),
 ];
-/// How errors were measured.
+/// Columns of the measurement of errors.
 const COMPARED: [Column<ErrorResult>; 3] = [
     ("error_width", |error| Some(f64::from(error.width))),
     ("error_height", |error| Some(f64::from(error.height))),
     ("seeds", |error| Some(f64::from(error.seeds))),
 ];
 
-/// CSV with a row for each run configuration; what was not measured is empty.
+/// CSV with a row for each run configuration; values that were not measured are empty.
 pub fn runs_csv(results: &[RunResult]) -> anyhow::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(Vec::new());
     let mut heads = vec!["identity", "scene", "camera"];
@@ -255,7 +256,7 @@ pub fn runs_csv(results: &[RunResult]) -> anyhow::Result<Vec<u8>> {
 mod tests {
     use super::*;
 
-    /// Five frames of two run configurations that differ in their history; the second flickers less and is worse in one
+    /// Five frames of two run configurations that differ in their history. The second flickers less and is worse in one
     /// frame.
     fn results() -> Vec<(String, RunResult)> {
         let result = |history: &str, variance: f64, flip: &dyn Fn(u32) -> f64| {
@@ -290,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_have_a_column_for_each_axis_and_measure() {
+    fn tables_have_a_column_for_each_parameter_and_measure() {
         let results: Vec<RunResult> = results().into_iter().map(|(_, result)| result).collect();
         for csv in [runs_csv(&results).unwrap(), frames_csv(&results).unwrap().unwrap()] {
             let csv = String::from_utf8(csv).unwrap();

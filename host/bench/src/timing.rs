@@ -1,5 +1,4 @@
-//! What the timed frames of a run configuration amount to: medians and quartiles, ratios to the first configuration,
-//! rates.
+//! Summary of a run configuration's timed frames: medians and quartiles, ratios to the first configuration, rates.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,14 +13,14 @@ use caustics::metric::percentile::quantile;
 use caustics::scene::Scene;
 use caustics_kernels::method::frame::work;
 
-/// Work that is the camera's.
+/// Work of the camera.
 const CAMERA: [Work; 3] = [Work::Camera, Work::Denoiser, Work::Display];
 /// Work of the gather.
 const GATHER: [Work; 2] = [Work::Index, Work::Gather];
-/// Work that traces the rays that are counted.
+/// Work that traces the counted rays.
 const TRACERS: [Work; 2] = [Work::Camera, Work::Light];
 
-/// Times of a run configuration, of the records of all that took turns; the scene is posed at the first frame. None
+/// Times of a run configuration, from the records of all that took turns; the scene is posed at the first frame. None
 /// without timed frames.
 pub fn time_result(
     plan: &MeasurementPlan,
@@ -42,7 +41,7 @@ pub fn time_result(
 
     let names: BTreeSet<&str> =
         own.values().flat_map(|record| record.passes().map(|(name, _)| name)).collect();
-    // A pass that a frame does without took no time there.
+    // A pass that a frame skips takes no time in it.
     let times = |name: &str| -> Vec<f64> {
         own.values().map(|record| record.get(&format!("pass.{name}_ms")).unwrap_or(0.0)).collect()
     };
@@ -51,7 +50,7 @@ pub fn time_result(
 
     let mean =
         |name: &str| own.values().filter_map(|record| record.get(name)).sum::<f64>() / own.len() as f64;
-    // Rates are of the medians: a frame that was disturbed says nothing of them.
+    // Compute rates from medians, which disturbed frames do not change.
     let rate = |amount: f64, chosen: &dyn Fn(&str) -> bool| {
         let ms: f64 = pass_ms.iter().filter(|(name, _)| chosen(name)).map(|(_, ms)| ms.median).sum();
         (amount > 0.0 && ms > 0.0).then(|| 1e3 * amount / ms)
@@ -83,7 +82,7 @@ pub fn time_result(
     })
 }
 
-/// Median and quartiles; none of no values.
+/// Median and quartiles; none without values.
 pub fn quartiles(values: &[f64]) -> Option<Quartiles> {
     let at = |part| quantile(values, part);
     (!values.is_empty()).then(|| Quartiles { lower: at(0.25), median: at(0.5), upper: at(0.75) })
@@ -151,7 +150,7 @@ mod tests {
         assert_eq!(time.light_paths_per_s, Some(2e5), "1000 in shoot, index, gather and resolve");
         assert_eq!((time.light_paths, time.frames), (1000, 4));
 
-        // Kim's method gathers at no point.
+        // Kim's method has no gather points.
         let records: Vec<FrameRecord> = records
             .into_iter()
             .map(|mut record| {

@@ -1,4 +1,4 @@
-//! The subcommands, a file each, and what several of them share.
+//! Subcommands, one file each, and their shared parts.
 
 pub mod animate;
 pub mod bench;

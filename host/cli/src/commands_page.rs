@@ -1,5 +1,5 @@
-//! `docs/commands.md`, made of the options as clap knows them and of what variants say of themselves, so that it cannot be
-//! older than the program. `CAUSTICS_BLESS=1 cargo test --workspace --bin caustics commands_page` writes it.
+//! Generates `docs/commands.md` from the options as clap knows them and from the descriptions of variants, so that it
+//! matches the program. `CAUSTICS_BLESS=1 cargo test --workspace --bin caustics commands_page` writes it.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -9,7 +9,7 @@ use clap::{Arg, Command, CommandFactory};
 
 mod documents;
 
-/// What stands before the commands.
+/// Text before the commands.
 const HEAD: &str = "\
 # Commands
 
@@ -32,7 +32,7 @@ stdout or to files, messages to stderr.
 /// A variant's name, description, cost and limitations.
 type VariantRecord = [&'static str; 4];
 
-/// The kinds of variants, by the title of their section.
+/// Kinds of variants, by the title of their section.
 fn kinds() -> Vec<(&'static str, Vec<VariantRecord>)> {
     macro_rules! records {
         ($all:expr) => {
@@ -50,7 +50,7 @@ fn kinds() -> Vec<(&'static str, Vec<VariantRecord>)> {
     ]
 }
 
-/// The page.
+/// Returns the whole page.
 fn page(command: &Command) -> String {
     let kinds = kinds();
     let mut page = HEAD.to_string();
@@ -68,7 +68,7 @@ fn page(command: &Command) -> String {
     page
 }
 
-/// A command with its options, or the commands below it.
+/// Adds a command with its options, or its subcommands.
 fn section(page: &mut String, parent: &str, command: &Command, kinds: &[(&str, Vec<VariantRecord>)]) {
     if command.is_hide_set() {
         return;
@@ -112,7 +112,7 @@ fn section(page: &mut String, parent: &str, command: &Command, kinds: &[(&str, V
     }
 }
 
-/// What stands for the values of an argument.
+/// Names that stand for an argument's values.
 fn names(arg: &Arg) -> String {
     match arg.get_value_names() {
         Some(names) => names.join(" "),
@@ -120,7 +120,7 @@ fn names(arg: &Arg) -> String {
     }
 }
 
-/// The values that an argument takes, if they can be listed: a kind of variants by its section, others one by one.
+/// Values that an argument takes, if they can be listed: a kind of variants by its section, others one by one.
 fn values(arg: &Arg, kinds: &[(&str, Vec<VariantRecord>)]) -> String {
     let values = if arg.get_action().takes_values() { arg.get_possible_values() } else { Vec::new() };
     let shown: Vec<_> = values.iter().filter(|value| !value.is_hide_set()).collect();
@@ -146,13 +146,13 @@ fn values(arg: &Arg, kinds: &[(&str, Vec<VariantRecord>)]) -> String {
     format!(": {}", list.join(", "))
 }
 
-/// Text in a cell of a table.
+/// Text for a table cell.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('*', "\\*").replace('\n', " ")
 }
 
 #[test]
-fn the_page_of_commands_is_what_the_program_says() {
+fn the_page_of_commands_matches_the_program() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/commands.md");
     let page = page(&crate::cli::Cli::command());
     if std::env::var_os("CAUSTICS_BLESS").is_some() {
@@ -168,7 +168,7 @@ fn the_page_of_commands_is_what_the_program_says() {
     );
 }
 
-/// An option that the page lacks is found.
+/// Detects an option that the page lacks.
 #[test]
 fn detects_another_option() {
     let page_of = |name: &'static str| {
@@ -179,7 +179,7 @@ fn detects_another_option() {
     assert!(page_of("seed").contains(r"| `--seed` `SEED` |  | Either \| or |"), "{}", page_of("seed"));
 }
 
-/// Files and headings that links of the project's documents lead to and that are not there.
+/// Links of the project's documents to missing files and headings.
 fn dead_links(page: &Path, text: &str) -> Vec<String> {
     let folder = page.parent().expect("a folder");
     let targets = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
@@ -206,7 +206,7 @@ fn dead_links(page: &Path, text: &str) -> Vec<String> {
 fn links_of_the_documents_lead_somewhere() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut count = 0;
-    for folder in [".", "docs", "experiments/results"] {
+    for folder in [".", "docs", "docs/decisions", "experiments/peers", "experiments/results"] {
         for entry in root.join(folder).read_dir().unwrap() {
             let page = entry.unwrap().path();
             if page.extension().is_some_and(|extension| extension == "md") {
@@ -219,7 +219,7 @@ fn links_of_the_documents_lead_somewhere() {
     assert!(count > 10, "{count} pages");
 }
 
-/// A link to a file or a heading that is not there is found.
+/// Detects a link to a missing file or heading.
 #[test]
 fn detects_a_dead_link() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md");

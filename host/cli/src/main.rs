@@ -11,7 +11,7 @@ use caustics::program::Program;
 use caustics::scene::SceneError;
 use caustics::vulkan::VulkanError;
 
-/// Writes a message for people to stderr: cut to a few lines, harmless to a terminal, and whether anybody reads it or not.
+/// Writes a message for the user to stderr: cut to a few lines and harmless to a terminal. Ignores a closed stderr.
 macro_rules! message {
     ($($message:tt)*) => { $crate::command::console::print_message(format_args!($($message)*)) };
 }
@@ -62,28 +62,28 @@ fn run(command: cli::Command) -> anyhow::Result<ExitCode> {
     }
 }
 
-/// Lets a file that would grow beyond the limit of files (`ulimit -f`) fail to be written, as on a full drive: the signal that says
-/// so would end the program, and what it had begun would stay.
+/// Makes writes beyond the limit of file sizes (`ulimit -f`) fail as on a full drive. Otherwise the signal SIGXFSZ would
+/// end the program and leave partial files.
 fn outlive_file_limit() {
     #[cfg(unix)]
     {
-        // Without it the program does what others do there.
+        // If registering fails, the signal keeps its default action.
         let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Default::default());
     }
 }
 
-/// Lets a process that gives up, because memory ran out where no budget foresaw it, end with 1 and not by a signal. Its last line says
-/// why. What a driver's compiler does is told by its signal.
+/// Makes a process that aborts for lack of memory, where no budget foresaw it, end with 1 instead of a signal. Its last
+/// line gives the reason. `device` is excluded: there the signal reports a crash of the driver's compiler.
 fn end_by_code() {
     #[cfg(unix)]
     if std::env::args_os().nth(1).is_none_or(|command| command != "device") {
         use signal_hook::{consts::SIGABRT, flag::register_conditional_shutdown};
-        // Without it the program does what others do there.
+        // If registering fails, the signal keeps its default action.
         let _ = register_conditional_shutdown(SIGABRT, 1, std::sync::Arc::new(true.into()));
     }
 }
 
-/// 2 for what the command line got wrong, 4 for a device that is not there, else 1.
+/// Returns exit code 2 for errors of the command line, 4 for a missing device, else 1.
 fn exit_code(error: &anyhow::Error) -> u8 {
     let usage = error.is::<cli::Usage>()
         || error.downcast_ref().is_some_and(TargetError::is_usage)

@@ -1,11 +1,11 @@
-//! Axes: where a value stands, and which ticks are drawn.
+//! Axes: positions of values, and ticks.
 
-/// How values become positions.
+/// Mapping of values to positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Equal steps are equally long.
+    /// Equal differences have equal lengths.
     Linear,
-    /// Equal ratios are equally long; values are positive.
+    /// Equal ratios have equal lengths; values are positive.
     Log,
 }
 
@@ -22,14 +22,15 @@ pub struct Axis {
 /// A line across the chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tick {
-    /// Where.
+    /// Value at which the line is drawn.
     pub value: f64,
     /// Whether its number is written.
     pub labelled: bool,
 }
 
 impl Axis {
-    /// An axis that holds all values with room around; a logarithmic one those above 0. None where there are none.
+    /// Returns an axis that holds all values with room around them; a logarithmic one holds those above 0. None where there
+    /// are none.
     pub fn around(scale: Scale, values: impl Iterator<Item = f64>, start: f64, end: f64) -> Option<Axis> {
         let fits = |value: &f64| value.is_finite() && (scale == Scale::Linear || *value > 0.0);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -41,10 +42,10 @@ impl Axis {
         }
         match scale {
             Scale::Log => {
-                // A tenth on both sides; a single value stands in the middle of a factor of two.
+                // Add a tenth on both sides; centre a single value in a factor of two.
                 let room = (0.08 * (high / low).log10()).max(0.15 - 0.5 * (high / low).log10()).max(0.02);
                 (low, high) = (low / 10f64.powf(room), high * 10f64.powf(room));
-                // Of numbers at the end of what there is, the room is beyond it.
+                // Keep the room within the finite positive numbers.
                 (low, high) = (low.max(f64::MIN_POSITIVE), high.min(f64::MAX));
             }
             Scale::Linear => {
@@ -60,17 +61,17 @@ impl Axis {
         Axis { scale: Scale::Linear, low, high: high.max(low + 1.0), start, end }
     }
 
-    /// Where a value is drawn (px).
+    /// Position of a value (px).
     pub fn position(&self, value: f64) -> f64 {
         let part = match self.scale {
-            // Differences of logarithms: a ratio may be beyond all numbers.
+            // Subtract logarithms: the ratio itself may overflow.
             Scale::Log => (value.ln() - self.low.ln()) / (self.high.ln() - self.low.ln()),
             Scale::Linear => (value - self.low) / (self.high - self.low),
         };
         self.start + part * (self.end - self.start)
     }
 
-    /// Its ticks, from the lowest.
+    /// Its ticks, in ascending order.
     pub fn ticks(&self) -> Vec<Tick> {
         match self.scale {
             Scale::Log => log_ticks(self.low, self.high),
@@ -79,11 +80,11 @@ impl Axis {
     }
 }
 
-/// Most powers of ten that have a tick each.
+/// Maximum number of powers of ten that have a tick each.
 const MAX_POWERS: f64 = 12.0;
 
-/// Ticks at 1 to 9 times the powers of ten, or at every so many powers where those are many; as many have numbers as there
-/// is room for.
+/// Ticks at 1 to 9 times the powers of ten; over many decades, at every n-th power only. As many ticks have numbers as
+/// there is room for.
 fn log_ticks(low: f64, high: f64) -> Vec<Tick> {
     let decades = (high / low).log10();
     if decades < 0.45 {
@@ -95,7 +96,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<Tick> {
         _ => &[1, 2, 3, 5, 7],
     };
     let mut ticks = Vec::new();
-    // A ratio beyond all numbers gives the largest step.
+    // A ratio that overflows gives the largest step.
     let step = (decades / MAX_POWERS).ceil().clamp(1.0, 100.0) as usize;
     let digits = if step == 1 { 1..10 } else { 1..2 };
     for power in (low.log10().floor() as i32..=high.log10().ceil() as i32).step_by(step) {

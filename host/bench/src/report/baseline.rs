@@ -1,4 +1,4 @@
-//! Before and after: the same run configurations in other results, and whether what differs is more than noise.
+//! Before and after: the same run configurations in other results, and whether differences exceed the noise.
 
 use super::load::Measured;
 use super::name::{Names, size};
@@ -6,7 +6,7 @@ use super::table::{Column, Table, TableValue};
 use crate::error::{MEASURES, Measure};
 use crate::result::Quartiles;
 
-/// Standard errors from which on a difference is called one.
+/// Number of standard errors from which a difference is significant.
 const MIN_SIGNIFICANT: f64 = 3.0;
 
 /// A value before and after.
@@ -15,7 +15,7 @@ struct Change {
     what: &'static str,
     before: f64,
     after: f64,
-    /// Difference over its standard error; none where no seeds or frames tell it.
+    /// Difference over its standard error; none where neither seeds nor frames give one.
     z: Option<f64>,
 }
 
@@ -50,7 +50,7 @@ fn error_change(name: &str, old: &Measured, new: &Measured, measure: &'static Me
     Some(Change { run: name.into(), what: measure.head, before, after, z })
 }
 
-/// Standard error of a median, by its quartiles, as of normal noise.
+/// Standard error of a median from its quartiles, assuming normal noise.
 fn deviation(quartiles: &Quartiles, frames: u32) -> f64 {
     1.2533 * (quartiles.upper - quartiles.lower) / 1.349 / f64::from(frames.max(1)).sqrt()
 }
@@ -60,7 +60,7 @@ fn z(before: f64, after: f64, standard_error: f64) -> Option<f64> {
     z.is_finite().then_some(z)
 }
 
-/// What a change is called. Less is better of all that is compared.
+/// Names a change; smaller is better for all values.
 fn verdict(change: &Change) -> &'static str {
     match change.z {
         _ if change.before == change.after => "the same",
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_by_more_than_noise_is_called_better_or_worse() {
+    fn differences_beyond_noise_are_called_better_or_worse() {
         let before = [run("basic", 100.0, 0.1, 0.001), run("path", 50.0, 0.2, 0.01)];
         let after =
             [run("basic", 90.0, 0.11, 0.001), run("path", 50.5, 0.2, 0.01), run("new", 1.0, 0.1, 0.1)];
@@ -127,7 +127,7 @@ mod tests {
                 ("a · path", "FLIP", "the same"),
             ]
         );
-        // A hundredth against two standard errors of a thousandth.
+        // A difference of 0.01, with a standard error of 0.001 on both sides.
         assert!(
             (rows[2][5].parse::<f64>().unwrap() - 0.01 / 0.002_f64.hypot(0.0) * 2.0_f64.sqrt()).abs() < 1e-6
         );

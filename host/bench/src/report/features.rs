@@ -1,5 +1,5 @@
-//! The report on features: what leaving out the code that a scene does not need gains. Compares pairs of run configurations that differ only in
-//! `features`.
+//! Report on features: time saved by leaving out the code that a scene does not need. Compares pairs of run configurations
+//! that differ only in `features`.
 
 use caustics_kernels::interface::features::Features;
 use maud::{Markup, html};
@@ -11,13 +11,13 @@ use super::table::{Column, Table, TableValue};
 use crate::parameter::FEATURES;
 use caustics::scene;
 
-/// The default of `--specular-roughness`, which decides what is a caster.
+/// Default of `--specular-roughness`, which decides whether a surface is a caster.
 const SPECULAR_ROUGHNESS: f32 = 0.25;
 
-/// A run configuration as the scene needs it, and the same with all code compiled in.
+/// A run configuration with only the code that the scene needs, and the same one with all code compiled in.
 type Pair<'a> = (&'a Measured, &'a Measured);
 
-/// The table over all scenes; none without a pair. Its last column repeats what each scene does without.
+/// Table over all scenes; none without a pair. Its last column lists the features that each scene does without.
 pub fn features(scenes: &[ReportScene], names: &Names) -> Option<Table> {
     let mut rows: Vec<(String, String, Pair)> = Vec::new();
     for scene in scenes {
@@ -57,7 +57,7 @@ pub fn features(scenes: &[ReportScene], names: &Names) -> Option<Table> {
     Some(Table { name: "features".into(), title, columns }.without_empty())
 }
 
-/// The table for the page: what a scene does without is said once, not in each of its rows.
+/// Table for the page. It lists what a scene does without once, not in each of its rows.
 pub fn inline(table: &Table) -> Markup {
     let column = |key: &str| table.columns.iter().position(|column| column.key == key);
     let rows = table.rows();
@@ -65,7 +65,7 @@ pub fn inline(table: &Table) -> Markup {
         (Some(scene), Some(names)) => rows[1..].iter().map(|row| (&row[scene], &row[names])).collect(),
         _ => vec![],
     };
-    // Every row has a scene, but not every scene is at hand.
+    // Every row has a scene, but not every scene can be loaded.
     notes.retain(|(_, names)| !names.is_empty());
     notes.dedup();
     let mut short = table.clone();
@@ -86,7 +86,7 @@ fn pairs<'a>(runs: &[&'a Measured]) -> Vec<Pair<'a>> {
     for run in timed.iter().filter(|run| run.result.config.text(&FEATURES) == "scene") {
         let wanted = run.result.config.clone().with(&FEATURES, "all");
         let other = timed.iter().find(|other| {
-            // Times of other runs were not taken in turns with these.
+            // Times of other runs were not measured in the same turns.
             other.result.config == wanted
                 && other.folder == run.folder
                 && device(other) == device(run)
@@ -97,7 +97,8 @@ fn pairs<'a>(runs: &[&'a Measured]) -> Vec<Pair<'a>> {
     pairs
 }
 
-/// Time of the first of a pair over that of the second: by turns, if both were held against the same configuration.
+/// Time of the first of a pair over the time of the second. Uses the ratios within turns if both refer to the same
+/// configuration.
 fn ratio((one, other): &Pair) -> Option<f64> {
     let (one, other) = (one.result.time.as_ref()?, other.result.time.as_ref()?);
     let turns = one.ratio_to_first.zip(other.ratio_to_first).filter(|_| one.first == other.first);
@@ -105,7 +106,7 @@ fn ratio((one, other): &Pair) -> Option<f64> {
     Some(one / other)
 }
 
-/// Names of the code that the scene does without; nothing where the scene is not at hand.
+/// Names of the code that the scene does without; empty where the scene cannot be loaded.
 fn unneeded(name: &str) -> String {
     let load = || scene::Scene::load(&scene::resolve(name).ok()?).ok();
     let Some(scene) = load() else { return String::new() };
@@ -144,7 +145,7 @@ mod tests {
         assert_eq!(rows[0], ["scene", "cell", "scene_ms", "all_ms", "saved_percent"]);
         assert_eq!(rows[1][..4], ["nowhere", "basic · 1 path/px", "8", "10"]);
         assert!((rows[1][4].parse::<f64>().unwrap() - 20.0).abs() < 1e-9 && rows.len() == 2);
-        // In their turns the one took a quarter less.
+        // In its turns, the second configuration takes a quarter less time.
         for (run, ratio) in runs.iter_mut().zip([1.0, 0.75]) {
             let time = run.result.time.as_mut().unwrap();
             (time.ratio_to_first, time.first) = (Some(ratio), "first".into());
@@ -156,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_room_of_plain_walls_does_without_glass() {
+    fn plain_walls_need_no_code_for_glass() {
         let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/");
         let plain = unneeded(&format!("{scenes}plain-room"));
         assert!(plain.contains("glass"), "{plain}");

@@ -1,15 +1,15 @@
-//! A figure: drawn for wide and for narrow windows, and as a file of its own with the data beside it.
+//! A figure: drawn for wide and for narrow windows, and as a file with its data beside it.
 
 use maud::{Markup, html};
 
 use super::name::{COLORS, Names};
 
-/// Where a figure is drawn.
+/// Size of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Size {
-    /// In a window of a desk.
+    /// For the window of a desktop computer.
     Wide,
-    /// In that of a telephone.
+    /// For the window of a phone.
     Narrow,
 }
 
@@ -38,25 +38,25 @@ pub struct Drawing {
     pub width: f64,
     /// Height (px).
     pub height: f64,
-    /// What is in it.
+    /// Markup inside the SVG element.
     pub content: Markup,
 }
 
-/// A line of a legend: the class of its colour, the outline of its mark (a bar where there is none), its name.
+/// A line of a legend: the class of its colour, the outline of its mark (a bar where it has none), and its name.
 #[derive(Clone, Debug)]
 pub struct LegendEntry {
     /// Class of the colour.
     pub color: String,
     /// Outline around 0.
     pub shape: Option<&'static str>,
-    /// What it stands for.
+    /// Name beside the mark.
     pub name: String,
-    /// What its marks are called, where they can be hidden.
+    /// Index of the series whose marks the line can hide.
     pub series: Option<usize>,
 }
 
 impl LegendEntry {
-    /// That of a series.
+    /// Legend line of a series.
     pub fn new(names: &Names, series: usize) -> LegendEntry {
         LegendEntry {
             color: names.color(series),
@@ -80,24 +80,24 @@ impl LegendEntry {
 /// A figure of the report.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Stem of its files.
+    /// Stem of its file names.
     pub name: String,
-    /// What it shows.
+    /// Title.
     pub title: String,
-    /// For wide windows.
+    /// Drawing for wide windows.
     pub wide: Drawing,
-    /// For narrow ones.
+    /// Drawing for narrow windows.
     pub narrow: Drawing,
     /// Its legend.
     pub legend: Vec<LegendEntry>,
-    /// What is left out of it, and why.
+    /// Notes on what is left out, and why.
     pub notes: Vec<String>,
-    /// Its data: heads first.
+    /// Its data; the first row has the headings.
     pub rows: Vec<Vec<String>>,
 }
 
 impl Figure {
-    /// Both drawings; the style sheet shows the one that fits.
+    /// Returns both drawings; the style sheet shows the one that fits.
     pub fn inline(&self) -> Markup {
         let svg = |class: &str, drawing: &Drawing| {
             let size = format!("0 0 {} {}", drawing.width, drawing.height.round());
@@ -159,20 +159,20 @@ impl Figure {
     }
 }
 
-/// Whether XML has no place for a character, not even escaped.
+/// Whether XML forbids a character, even escaped.
 fn is_forbidden(letter: char) -> bool {
     (letter < ' ' && !"\t\n\r".contains(letter)) || "\u{fffe}\u{ffff}".contains(letter)
 }
 
-/// The style of a file, which has no page around it.
+/// Style of a figure's file, which has no page around it.
 const STYLE: &str = include_str!("figure.css");
-/// Colours on white of the classes `c0` to `c9`: those of `report.css` in a light window.
+/// Colours of the classes `c0` to `c9` on white: those of `report.css` in light mode.
 const ON_WHITE: [&str; COLORS] = [
     "#4a515c", "#0072b2", "#d55e00", "#009e73", "#aa4499", "#b07d00", "#3aa5dd", "#7a3b10", "#d6456b",
     "#5b53c4",
 ];
 
-/// Rules of the colours, without variables, which few programs but browsers know.
+/// CSS rules of the colours. They use no variables, which few programs but browsers support.
 fn colors() -> String {
     let rules = ON_WHITE.iter().enumerate().map(|(index, color)| {
         let class = format!("c{index}");

@@ -1,4 +1,4 @@
-//! A measure over the frames of an animation: a line for each run configuration.
+//! Measures over the frames of an animation, with a line for each run configuration.
 
 use maud::{Markup, html};
 
@@ -12,15 +12,15 @@ use super::scene::ReportScene;
 use crate::error::{MEASURES, Measure};
 use crate::result::FrameResult;
 
-/// Lines of a figure, at most.
+/// Maximum number of lines of a figure.
 const LINES: usize = 10;
-/// Lengths of dashes and gaps, so that lines differ without their colour.
+/// Lengths of dashes and gaps, which tell lines apart without colour.
 const DASHES: [&str; 4] = ["none", "9 4", "3 3", "12 3 3 3"];
 
 /// A value of a frame.
 type FrameValue = Box<dyn Fn(&FrameResult) -> Option<f64>>;
 
-/// What is drawn over frames.
+/// Quantity drawn over frames.
 struct Drawn {
     slug: String,
     title: String,
@@ -131,7 +131,7 @@ fn draw_line(line: &Line, names: &Names, measure: &Drawn, x: &Axis, y: &Axis) ->
         number(high),
         line.points.len()
     );
-    // A mark every eighth of the chart: shapes tell lines apart, and too many of them hide them.
+    // Draw at most eight marks a line: more would hide the lines.
     let every = line.points.len().div_ceil(8);
     html! {
         g class="run" tabindex="0" role="img" data-tip=(whole) {

@@ -1,5 +1,4 @@
-//! How the time of a frame grows with its work: run configurations that differ in only one quantity, and the exponents
-//! that fit them.
+//! Growth of a frame's time with its work: run configurations that differ in only one quantity, and fitted exponents.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -16,16 +15,16 @@ use super::table::{Column, Table, TableValue};
 use crate::parameter::{MAX_BOUNCES, PARAMETERS, PATHS_PER_PIXEL, Parameter, VisualEncoding};
 use crate::result::{ConfigValues, Provenance, Quartiles, TimeResult};
 
-/// Fewest values of a quantity that an exponent is fitted to.
+/// Minimum number of values of a quantity for a fit.
 const FEWEST: usize = 4;
-/// Charts of a quantity, at most.
+/// Maximum number of charts of a quantity.
 const CHARTS: usize = 2;
-/// Part of the frame's time that a pass has somewhere, if it is shown.
+/// Share of the frame's time that a pass must exceed at one value to be shown.
 const SMALLEST: f64 = 0.01;
-/// What the whole frame is called among its passes.
+/// Name of the whole frame among its passes.
 const FRAME: &str = "frame";
 
-/// What work grows with.
+/// Quantity that work grows with.
 struct Quantity {
     slug: &'static str,
     name: &'static str,
@@ -51,7 +50,7 @@ struct Slope {
 }
 
 impl Slope {
-    /// Whether it is above a limit beyond twice its standard error.
+    /// Whether the slope exceeds a limit by more than twice its standard error.
     fn is_above(self, limit: f64) -> bool {
         self.exponent - 2.0 * self.standard_error > limit
     }
@@ -61,9 +60,9 @@ impl Slope {
 struct Part {
     name: String,
     ms: Vec<f64>,
-    /// Over all values.
+    /// Slope over all values.
     whole: Slope,
-    /// Between the last two values: a fixed cost hides what grows, and weighs least there.
+    /// Slope between the last two values, where a fixed cost hides growth least.
     last: Slope,
 }
 
@@ -72,7 +71,7 @@ struct Part {
 struct Name {
     /// Scene, method and gather.
     head: String,
-    /// Settings.
+    /// Other settings.
     rest: String,
 }
 
@@ -91,7 +90,7 @@ struct Growth {
     parts: Vec<Part>,
     /// The exponent of n log n over the same values.
     limit: f64,
-    /// That over the last two.
+    /// The exponent of n log n over the last two values.
     last_limit: f64,
 }
 
@@ -102,7 +101,7 @@ impl Growth {
     }
 }
 
-/// The table of the exponents of all series, and charts of those of each quantity with the most values; none without a
+/// Table of the exponents of all series, and charts of the series with the most values of each quantity. None without a
 /// series.
 pub fn growth(runs: &[Measured]) -> Option<(Vec<Figure>, Table)> {
     let (mut all, mut figures) = (Vec::new(), Vec::new());
@@ -115,7 +114,7 @@ pub fn growth(runs: &[Measured]) -> Option<(Vec<Figure>, Table)> {
     (!all.is_empty()).then(|| (figures, table(&all)))
 }
 
-/// What a series is of: its name, and one run of one program on one machine.
+/// Key of a series: its name, its folder of results, and its origin (commit, kernels, device, machine).
 type SeriesKey<'a> = (Name, &'a Path, [&'a str; 4]);
 
 fn series(runs: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
@@ -149,8 +148,7 @@ fn series(runs: &[Measured], quantity: &'static Quantity) -> Vec<Growth> {
     all
 }
 
-/// All that the configurations of a series share: in words, what decides a frame but the quantity. None where it does not
-/// vary.
+/// Name of a series: every setting that decides a frame except the quantity. None where the quantity does not vary.
 fn name(config: &ConfigValues, time: &TimeResult, quantity: &Quantity) -> Option<Name> {
     let is = |slug| quantity.slug == slug;
     let scene = if is("triangles") { family(&config.scene)? } else { &config.scene };
@@ -171,14 +169,14 @@ fn name(config: &ConfigValues, time: &TimeResult, quantity: &Quantity) -> Option
     Some(Name { head: format!("{scene} · {}", Series::new(config).name()), rest: words.join(" · ") })
 }
 
-/// The name of a scene that is made in several numbers of triangles: `cornell` of `cornell-10k`.
+/// Name of a scene that exists with several numbers of triangles: `cornell` for `cornell-10k`.
 fn family(scene: &str) -> Option<&str> {
     let (family, number) = scene.rsplit_once('-')?;
     let digits = number.strip_suffix(['k', 'm'])?;
     (!digits.is_empty() && digits.chars().all(|letter| letter.is_ascii_digit())).then_some(family)
 }
 
-/// The frame, and the passes that take a part of it that shows somewhere.
+/// The frame, and the passes whose share of a frame is large enough to be shown.
 fn parts(values: &[f64], points: &[(f64, &TimeResult)]) -> Vec<Part> {
     let times = |quartiles: &dyn Fn(&TimeResult) -> Option<Quartiles>| -> Vec<Quartiles> {
         points.iter().map(|(_, time)| quartiles(time).unwrap_or_default()).collect()
@@ -205,20 +203,20 @@ fn parts(values: &[f64], points: &[(f64, &TimeResult)]) -> Vec<Part> {
     parts
 }
 
-/// Standard error of a median over the median, by its quartiles, as of normal noise.
+/// Standard error of a median relative to the median, from its quartiles, assuming normal noise.
 fn relative_error(quartiles: &Quartiles, frames: u32) -> f64 {
     let deviation = (quartiles.upper - quartiles.lower) / 1.349;
     1.2533 * deviation / f64::from(frames.max(1)).sqrt() / quartiles.median
 }
 
-/// The slope between the last two values, whose times have these relative errors.
+/// Slope between the last two values; `errors` are the relative errors of the times.
 fn last_step(values: &[f64], times: &[f64], errors: &[f64]) -> Slope {
     let step = |numbers: &[f64]| (numbers[numbers.len() - 1] / numbers[numbers.len() - 2]).ln();
     let error = errors[errors.len() - 1].hypot(errors[errors.len() - 2]);
     Slope { exponent: step(times) / step(values), standard_error: error / step(values) }
 }
 
-/// Least squares of logarithms.
+/// Least-squares line through the logarithms.
 fn fit(values: &[f64], times: &[f64]) -> Slope {
     let logs = |numbers: &[f64]| -> Vec<f64> { numbers.iter().map(|value| value.ln()).collect() };
     let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / numbers.len() as f64;
@@ -348,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn exponents_of_known_growth_are_found_and_a_square_is_too_much() {
+    fn exponents_match_known_growth_and_quadratic_growth_is_reported() {
         let runs = [1e3, 1e4, 1e5, 1e6].map(|n: f64| run(n as u32, 2e-6 * n * n.ln(), 1e-9 * n * n));
         let (figures, table) = growth(&runs).unwrap();
         let rows = table.rows();
@@ -363,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fixed_cost_hides_no_square() {
+    fn quadratic_growth_is_reported_despite_a_fixed_cost() {
         let of_gather = |spread: f64| {
             let mut runs = [1e3, 1e4, 1e5, 1e6].map(|n: f64| run(n as u32, 1e-6 * n, 1.0 + 1e-10 * n * n));
             for run in &mut runs {
@@ -374,16 +372,16 @@ mod tests {
             }
             growth(&runs).unwrap().1.rows().into_iter().find(|row| row[4] == "gather.x").unwrap()
         };
-        // 1, 1.01, 2 and 101 ms: the slope over all is small, that of the last step is not.
+        // The gather takes 1, 1.01, 2 and 101 ms: the slope over all values is small, the slope of the last step is not.
         let row = of_gather(1.05);
         assert!(row[6].parse::<f64>().unwrap() < 0.7 && row[9].parse::<f64>().unwrap() > 1.6, "{row:?}");
         assert_eq!(row[12], "no");
-        // Times that no one knows well show nothing.
+        // Times with large errors prove nothing.
         assert_eq!(of_gather(3.0)[12], "yes");
     }
 
     #[test]
-    fn few_values_and_other_settings_make_no_series() {
+    fn series_need_four_values_and_equal_settings() {
         let mut runs = [1e3, 1e4, 1e5, 1e6].map(|n: f64| run(n as u32, n, n));
         assert!(growth(&runs[1..]).is_none());
         runs[3].result.config.set(&RADIUS_PX, "2");
@@ -395,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn scenes_of_a_family_are_told_by_their_number() {
+    fn scene_families_are_recognised_by_their_number() {
         let families = ["cornell-10k", "cornell-1m", "cornell-box", "ring", "x-k"].map(family);
         assert_eq!(families, [Some("cornell"), Some("cornell"), None, None, None]);
     }

@@ -1,4 +1,4 @@
-//! Images of the report: every PNG is in it once, whatever the number of places that show it.
+//! Images of the report. Each PNG is stored once, however many elements show it.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -21,12 +21,12 @@ pub struct ReportImage {
 }
 
 impl ReportImage {
-    /// What other elements refer to.
+    /// Reference to the image for other elements.
     pub fn reference(&self) -> String {
         format!("#image-{}", self.id)
     }
 
-    /// The image with a description.
+    /// Element that shows the image, with a description.
     pub fn show(&self, description: &str) -> Markup {
         html! {
             svg .image viewBox=(format!("0 0 {} {}", self.width, self.height)) role="img" aria-label=(description) {
@@ -39,18 +39,18 @@ impl ReportImage {
 /// All images of a report.
 #[derive(Debug, Default)]
 pub struct ReportImages {
-    /// By place: none where the file is not there.
+    /// By path; none where the file is missing.
     known: BTreeMap<PathBuf, Option<ReportImage>>,
     /// By content.
     ids: HashMap<Vec<u8>, ReportImage>,
-    /// Address and size of each.
+    /// Data URL and size of each.
     all: Vec<(String, ReportImage)>,
-    /// Files that are not there.
+    /// Paths of missing files.
     pub missing: Vec<PathBuf>,
 }
 
 impl ReportImages {
-    /// The image of a file; none where it is not there. An error if it is no PNG.
+    /// Returns the image of a file; none where the file is missing. A file that is not a PNG is an error.
     pub fn get(&mut self, path: &Path) -> anyhow::Result<Option<ReportImage>> {
         if let Some(known) = self.known.get(path) {
             return Ok(*known);
@@ -71,7 +71,7 @@ impl ReportImages {
         if let Some(image) = self.ids.get(&bytes) {
             return Ok(*image);
         }
-        // All of it is decoded: a browser would show half of a truncated one without a word.
+        // Decode the whole file: a browser shows half of a truncated one without an error.
         let decoded = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
             .with_context(|| format!("{} is no PNG; measure its run configuration again", path.display()))?;
         let image = ReportImage { id: self.all.len(), width: decoded.width(), height: decoded.height() };
@@ -80,7 +80,7 @@ impl ReportImages {
         Ok(image)
     }
 
-    /// All images, once each, where nobody sees them: the places refer to them.
+    /// Hidden element that holds all images once; other elements refer to them.
     pub fn store(&self) -> Markup {
         html! {
             svg .store width="0" height="0" aria-hidden="true" {
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures_are_in_the_report_once() {
+    fn equal_images_are_in_the_report_once() {
         let folder = tempfile::tempdir().unwrap();
         let mut images = ReportImages::default();
         let [a, b, c] = [("a.png", 0.2), ("b.png", 0.2), ("c.png", 0.7)]
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn missing_pictures_are_remembered_and_damaged_ones_named() {
+    fn missing_images_are_listed_and_damaged_ones_are_errors() {
         let folder = tempfile::tempdir().unwrap();
         let mut images = ReportImages::default();
         let nowhere = folder.path().join("nowhere.png");

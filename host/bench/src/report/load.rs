@@ -1,4 +1,4 @@
-//! The run configurations of folders of results: every `DIR/cells/*.json`, and the images beside them.
+//! Loads the run configurations of folders of results: every `DIR/cells/*.json`, and the images beside them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,23 +9,24 @@ use crate::parameter::{PARAMETERS, Parameter, Values};
 use crate::result::RunResult;
 use crate::store;
 
-/// A run configuration that was measured, and the folder of its file.
+/// A measured run configuration, and the folder of its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// What its file says.
+    /// Contents of its file.
     pub result: RunResult,
-    /// Where its images are.
+    /// Folder of its images.
     pub folder: PathBuf,
 }
 
 impl Measured {
-    /// The path of one of its images.
+    /// Path of one of its images.
     pub fn beside(&self, name: &Option<String>) -> Option<PathBuf> {
         Some(self.folder.join(name.as_ref()?))
     }
 }
 
-/// All run configurations by scene and name, and warnings. Of two files of one identity the later measure counts.
+/// Loads all run configurations, sorted by scene and name, with warnings. Of two files of one identity, the later measure
+/// counts.
 pub fn load(folders: &[PathBuf]) -> anyhow::Result<(Vec<Measured>, Vec<String>)> {
     let mut known: BTreeMap<String, Measured> = BTreeMap::new();
     let mut warnings = Vec::new();
@@ -56,7 +57,7 @@ pub fn load(folders: &[PathBuf]) -> anyhow::Result<(Vec<Measured>, Vec<String>)>
     Ok((runs, warnings))
 }
 
-/// Configurations of one scene together, those that differ only in their paths beside each other.
+/// Sort key: configurations of one scene are together, and those that differ only in their paths are adjacent.
 fn order(result: &RunResult) -> (&str, &str, Vec<String>, Vec<f64>, &str) {
     let config = &result.config;
     let is_name = |parameter: &&&Parameter| matches!(parameter.values, Values::Names(_));

@@ -7,7 +7,7 @@ use crate::result::{ConfigValues, Provenance};
 
 /// Number of colours in `report.css`.
 pub const COLORS: usize = 10;
-/// Outlines of marks, within 6 px of their middle; the first is that of methods without a gather.
+/// Outlines of marks, within 6 px of their centre; the first is for methods without a gather.
 pub const SHAPES: [&str; 8] = [
     "M0-7 7 0 0 7-7 0Z",
     "M-5.5 0a5.5 5.5 0 1 0 11 0a5.5 5.5 0 1 0-11 0Z",
@@ -19,19 +19,19 @@ pub const SHAPES: [&str; 8] = [
     "M-6.4-3.3-3.3-6.4 0-3.1 3.3-6.4 6.4-3.3 3.1 0 6.4 3.3 3.3 6.4 0 3.1-3.3 6.4-6.4 3.3-3.1 0Z",
 ];
 
-/// Size of the image that was timed, else of that whose error is known (px).
+/// Size (px) of the timed image, else of the image whose error is known.
 pub fn size(run: &Measured) -> String {
     let time = run.result.time.as_ref().map(|time| (time.width, time.height));
     let error = || run.result.error.as_ref().map(|error| (error.width, error.height));
     time.or_else(error).map_or(String::new(), |(width, height)| format!("{width}×{height}"))
 }
 
-/// Configurations of one colour and shape in a chart: they differ in numbers and positions alone.
+/// Configurations of one colour and shape in a chart.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Series {
-    /// Method, history and filter: the colour.
+    /// Method, history and filter, shown by colour.
     pub kind: String,
-    /// How photons and points meet: the shape; empty where there is none.
+    /// Gather, shown by shape; empty where there is none.
     pub gather: String,
 }
 
@@ -40,7 +40,7 @@ impl Series {
     pub fn new(config: &ConfigValues) -> Series {
         let shown_as = |wanted: fn(&VisualEncoding) -> bool| {
             let parameters = PARAMETERS.into_iter().filter(move |parameter| wanted(&parameter.shown));
-            // A method is said, and of the rest what adds something to it.
+            // Always name the method; name another parameter where it is not neutral.
             let named = parameters
                 .filter(|parameter| **parameter == METHOD || config.text(parameter) != parameter.neutral);
             let texts = named.map(|parameter| config.text(parameter)).filter(|name| is_informative(name));
@@ -52,7 +52,7 @@ impl Series {
         }
     }
 
-    /// In a legend.
+    /// Name in a legend.
     pub fn name(&self) -> String {
         [&self.kind, &self.gather]
             .map(String::as_str)
@@ -63,7 +63,7 @@ impl Series {
     }
 }
 
-/// Whether a name stands for something.
+/// Whether a name is neither empty nor `none`.
 fn is_informative(name: &str) -> bool {
     !name.is_empty() && name != "none"
 }
@@ -79,7 +79,7 @@ pub struct Names {
     origins_vary: Vec<&'static Origin>,
 }
 
-/// Part of a provenance by which two series of one configuration may differ.
+/// Part of a provenance that may differ between two series of one configuration.
 type Origin = fn(&Provenance) -> String;
 
 const ORIGINS: [Origin; 4] = [
@@ -89,7 +89,7 @@ const ORIGINS: [Origin; 4] = [
     |provenance| provenance.machine.clone(),
 ];
 
-/// The start of a hash, and what it is of.
+/// First digits of a hash, with a label.
 fn short_hash(label: &str, hash: &str) -> String {
     let is_hash = hash.len() > 12 && hash.chars().take(12).all(|letter| letter.is_ascii_hexdigit());
     if hash.is_empty() {
@@ -103,7 +103,7 @@ fn short_hash(label: &str, hash: &str) -> String {
 }
 
 impl Names {
-    /// Finds what there is to tell apart.
+    /// Finds the parameters, sizes and origins that differ between the run configurations.
     pub fn new(runs: &[Measured]) -> Names {
         let mut series: Vec<Series> = runs.iter().map(|run| Series::new(&run.result.config)).collect();
         series.sort();
@@ -119,7 +119,7 @@ impl Names {
         names.among(&runs.iter().collect::<Vec<_>>())
     }
 
-    /// The same colours and shapes, and words for what differs only among some of the configurations.
+    /// Returns names with these colours and shapes whose words tell only the given configurations apart.
     pub fn among(&self, runs: &[&Measured]) -> Names {
         let differ =
             |value: &dyn Fn(&Measured) -> String| runs.iter().any(|run| value(run) != value(runs[0]));
@@ -135,7 +135,7 @@ impl Names {
         }
     }
 
-    /// Where a configuration was measured, as far as configurations differ in it: commit, kernels, device, machine.
+    /// Origin of a configuration, in the parts that differ between configurations: commit, kernels, device, machine.
     pub fn origin(&self, run: &Measured) -> String {
         let words = self.origins_vary.iter().map(|origin| origin(&run.result.provenance));
         words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" · ")
@@ -147,12 +147,12 @@ impl Names {
         self.series.iter().position(|series| *series == own).unwrap_or(0)
     }
 
-    /// The series of this index.
+    /// Returns the series of an index.
     pub fn get(&self, series: usize) -> &Series {
         &self.series[series]
     }
 
-    /// The class of a series' colour: `c0` is that of `path`.
+    /// CSS class of a series' colour; `c0` is the colour of `path`.
     pub fn color(&self, series: usize) -> String {
         let kind = self.kinds.iter().position(|kind| *kind == self.series[series].kind).unwrap_or(0);
         let rank = if self.kinds.first().is_some_and(|kind| kind == "path") { kind } else { kind + 1 };
@@ -160,7 +160,7 @@ impl Names {
         format!("c{color}")
     }
 
-    /// The outline of its marks, around 0.
+    /// Outline of its marks, around 0.
     pub fn shape(&self, series: usize) -> &'static str {
         let gather = self.gathers.iter().position(|gather| *gather == self.series[series].gather);
         SHAPES[gather.unwrap_or(0) % SHAPES.len()]
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn names_say_what_differs() {
+    fn names_contain_the_differing_values() {
         let mut runs = [run("basic", "brute", "paper"), run("basic", "brute", "paper")];
         for (parameter, value) in [(&RUNNER, "gpu-software"), (&PATHS_PER_PIXEL, "0.5"), (&FEATURES, "all")] {
             runs[1].result.config.set(parameter, value);

@@ -1,4 +1,4 @@
-//! Numbers as people read them.
+//! Numbers as text for readers.
 
 /// Three significant digits; very large and very small ones with a power of ten.
 pub fn number(value: f64) -> String {
@@ -18,7 +18,7 @@ pub fn number(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// The same without zeros that say nothing, for axes and settings.
+/// Number without trailing zeros, for axes and settings.
 pub fn short(value: f64) -> String {
     let text = number(value);
     if let Some((mantissa, power)) = text.split_once('·') {
@@ -40,7 +40,7 @@ fn superscript(text: &str) -> String {
     text.chars().map(raised).collect()
 }
 
-/// A coordinate of a drawing: a tenth of a pixel is enough.
+/// Coordinate of a drawing, rounded to a tenth of a pixel.
 pub fn at(value: f64) -> String {
     trimmed(&format!("{value:.1}")).into()
 }
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_three_digits_and_axes_no_empty_ones() {
+    fn numbers_have_three_digits_and_axes_no_trailing_zeros() {
         let cases = [
             (0.0, "0", "0"),
             (1.0, "1.00", "1"),

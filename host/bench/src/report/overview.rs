@@ -1,8 +1,8 @@
-//! What stands on top: how kinds of run configurations compare over all scenes, in a sentence and a table.
+//! Overview at the top: comparison of kinds of run configurations over all scenes, in a sentence and a table.
 //!
-//! A kind is a name that run configurations of several scenes share. Each is held against one kind, which most scenes
-//! have, scene by scene; the table has the geometric means of the ratios, so that a scene that is slow or noisy counts no
-//! more than another.
+//! A kind is a name that run configurations of several scenes share. Each kind is compared, scene by scene, with one base
+//! kind, which most scenes have. The table has the geometric means of the ratios, so that slow or noisy scenes count no
+//! more than others.
 
 use super::load::Measured;
 use super::name::Names;
@@ -11,35 +11,35 @@ use super::scene::ReportScene;
 use super::table::{Column, Table, TableValue};
 use crate::error::{FLIP, MEASURES, Measure};
 
-/// The sentence and the table.
+/// Sentence and table.
 pub struct Overview {
-    /// What the table says first.
+    /// Main result of the table.
     pub sentence: String,
-    /// A row a kind.
+    /// One row per kind.
     pub table: Table,
 }
 
-/// Run configurations of one name, a scene each.
+/// Run configurations of one name, one per scene.
 struct Kind<'a> {
     name: String,
     runs: Vec<(usize, &'a Measured)>,
 }
 
-/// The overview; none where fewer than two kinds have all the scenes of the most common one.
+/// Returns the overview; none where fewer than two kinds have all the scenes of the most common one.
 pub fn overview(scenes: &[ReportScene], names: &Names) -> Option<Overview> {
     let mut kinds: Vec<Kind> = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
         for run in &scene.runs {
             let name = names.label(run);
             match kinds.iter_mut().find(|kind| kind.name == name) {
-                // Of configurations that a name does not tell apart the first stands for the rest.
+                // Keep the first of several configurations of a scene that have one name.
                 Some(kind) if kind.runs.iter().any(|(known, _)| *known == index) => {}
                 Some(kind) => kind.runs.push((index, run)),
                 None => kinds.push(Kind { name, runs: vec![(index, run)] }),
             }
         }
     }
-    // The first of those that most scenes have.
+    // Choose as base the kind that most scenes have; prefer the first configuration of the turns.
     let base = kinds.iter().rev().max_by_key(|kind| (kind.runs.len(), is_first(kind)))?;
     let compared: Vec<&Kind> = kinds.iter().filter(|kind| shared(kind, base) > 0).collect();
     if compared.iter().filter(|kind| shared(kind, base) == base.runs.len()).count() < 2 {
@@ -69,7 +69,7 @@ pub fn overview(scenes: &[ReportScene], names: &Names) -> Option<Overview> {
     Some(Overview { sentence: sentence(&compared, base, scenes.len()), table })
 }
 
-/// Whether a kind's configurations are those that others are held against.
+/// Whether every configuration of a kind is the first one of its turns.
 fn is_first(kind: &Kind) -> bool {
     let first =
         |run: &Measured| run.result.time.as_ref().is_some_and(|time| time.ratio_to_first == Some(1.0));
@@ -84,7 +84,7 @@ fn error(run: &Measured, measure: &Measure) -> Option<f64> {
     run.result.error.as_ref()?.get(measure)
 }
 
-/// Scenes in which both are.
+/// Number of scenes that have both kinds.
 fn shared(kind: &Kind, base: &Kind) -> usize {
     pairs(kind, base).count()
 }
@@ -105,7 +105,7 @@ fn ratio(kind: &Kind, base: &Kind, value: &dyn Fn(&Measured) -> Option<f64>) -> 
     (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
 }
 
-/// Which kind is fastest and which comes nearest to the reference, of those that all scenes of the most common one have.
+/// Sentence on the kinds that all scenes of the most common one have: the fastest, and the nearest to the reference.
 fn sentence(kinds: &[&Kind], base: &Kind, scenes: usize) -> String {
     let best = |value: &dyn Fn(&Measured) -> Option<f64>| {
         let everywhere = kinds.iter().filter(|kind| shared(kind, base) == base.runs.len());
@@ -157,7 +157,7 @@ mod tests {
         assert_eq!(rows[0], ["cell", "scenes", "time_ratio", "flip_ratio"]);
         let row_named = |name: &str| rows.iter().find(|row| row[0] == name).unwrap();
         let close = |text: &str, value: f64| (text.parse::<f64>().unwrap() - value).abs() < 1e-12;
-        // 1/2 and 1/8; 1/2 and 1.
+        // The ratios of times are 1/2 and 1/8, the ratios of FLIP 1/2 and 1.
         assert!(
             row_named("basic")[1] == "2"
                 && close(&row_named("basic")[2], 0.25)

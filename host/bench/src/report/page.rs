@@ -1,4 +1,4 @@
-//! The page: all parts in order, with style and script in it.
+//! The page: all parts in order, with style and script inline.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -6,24 +6,24 @@ use super::figure::Figure;
 use super::speed::{Chart, list};
 use super::table::Table;
 
-/// What may be loaded: nothing. Images, style and script are in the file.
+/// Content security policy: nothing may be loaded. Images, style and script are in the file.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
                       base-uri 'none'; form-action 'none'";
 
-/// Style of a report's page: colours, type, tables, for pages that go with it.
+/// Style of a report's page (colours, type, tables), also used by pages that accompany it.
 pub const STYLE: &str = include_str!("report.css");
 
-/// A part of the page with a place in its list of contents.
+/// A section of the page with an entry in its table of contents.
 pub struct Section {
-    /// Its anchor.
+    /// Anchor.
     pub id: String,
-    /// Its head.
+    /// Heading.
     pub title: String,
-    /// What is in it.
+    /// Content.
     pub content: Markup,
 }
 
-/// The whole file.
+/// Returns the whole file.
 pub fn page(title: &str, lead: &str, sections: &[Section], images: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -57,7 +57,7 @@ pub fn page(title: &str, lead: &str, sections: &[Section], images: &Markup) -> S
     page.into_string()
 }
 
-/// The charts of a scene, one at a time, with buttons to choose.
+/// Charts of a scene, shown one at a time, with buttons to choose.
 pub fn charts(charts: &[Chart]) -> Markup {
     html! {
         div .panel data-charts {
@@ -74,7 +74,7 @@ pub fn charts(charts: &[Chart]) -> Markup {
                     (list(chart))
                 }
             }
-            // Series of all charts of a scene are the same but for those that lack a measure.
+            // Show the longest legend: charts of a scene have the same series unless a measure is missing.
             @if let Some(largest) = charts.iter().max_by_key(|chart| chart.figure.legend.len()) { (largest.figure.legend()) }
             p .note {
                 "Each mark is a run configuration; thin lines join those that differ in their number of light paths only. "
@@ -85,7 +85,7 @@ pub fn charts(charts: &[Chart]) -> Markup {
     }
 }
 
-/// A figure with its head and legend.
+/// A figure with its heading and legend.
 pub fn figure(figure: &Figure, head: &str, note: &str) -> Markup {
     html! {
         h3 { (head) }
@@ -97,7 +97,7 @@ pub fn figure(figure: &Figure, head: &str, note: &str) -> Markup {
     }
 }
 
-/// A table with its head.
+/// A table with its heading.
 pub fn table(table: &Table, head: &str, note: &str) -> Markup {
     html! {
         h3 { (head) }

@@ -1,6 +1,6 @@
 //! The Pareto front: points to which no other is better in one coordinate and no worse in the other.
 
-/// Indices of the front's points by their first coordinate; small is good. Equal points are on it together.
+/// Indices of the front's points, ordered by their first coordinate; small is good. Equal points are on it together.
 pub fn pareto(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.retain(|&index| points[index].0.is_finite() && points[index].1.is_finite());
@@ -10,7 +10,8 @@ pub fn pareto(points: &[(f64, f64)]) -> Vec<usize> {
     });
     let mut front: Vec<usize> = Vec::new();
     for index in order {
-        // What comes later costs no less: it must be better than all before, or equal to the last.
+        // A later point has no smaller first coordinate: it must be better than all before in the second, or equal to the
+        // last.
         let is_in = front
             .last()
             .is_none_or(|&last| points[index].1 < points[last].1 || points[index] == points[last]);
@@ -33,15 +34,15 @@ mod tests {
         assert_eq!(pareto(&[(f64::NAN, 1.0), (1.0, f64::INFINITY), (2.0, 2.0)]), [2]);
     }
 
-    /// By the definition, over all pairs.
+    /// Definition of dominance, tested over all pairs.
     fn is_dominated(points: &[(f64, f64)], index: usize) -> bool {
         let (x, y) = points[index];
         points.iter().any(|&(a, b)| a <= x && b <= y && (a < x || b < y))
     }
 
     #[test]
-    fn the_front_is_what_nothing_dominates() {
-        // A hash spreads the points over a small grid, so that ties occur.
+    fn the_front_holds_exactly_the_undominated_points() {
+        // Spread the points over a small grid by a hash, so that ties occur.
         let spread = |seed: u32| f64::from(seed.wrapping_mul(2_654_435_761) >> 16 & 31);
         for case in 0..50 {
             let points: Vec<_> =

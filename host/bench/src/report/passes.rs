@@ -1,5 +1,4 @@
-//! Time of a frame by pass: a bar for each run configuration. Passes of one group (`grid.size`, `grid.fill`) are one
-//! piece.
+//! Time of a frame by pass: a bar for each run configuration. Passes of one group (`grid.size`, `grid.fill`) are one piece.
 
 use std::collections::BTreeMap;
 
@@ -12,11 +11,11 @@ use super::name::{COLORS, Names};
 use super::number::{at, number, short};
 use super::scene::ReportScene;
 
-/// Bars of a figure, at most.
+/// Maximum number of bars of a figure.
 const BARS: usize = 14;
-/// Part of the longest bar below which a piece has no colour of its own.
+/// Share of the longest bar below which a piece has no colour of its own.
 const SMALLEST: f64 = 0.005;
-/// The piece of all that is small.
+/// Name of the piece that sums all small ones.
 const REST: &str = "rest";
 /// Height of a bar with its name, and of the bar alone (px).
 const ROW: (f64, f64) = (44.0, 18.0);
@@ -76,7 +75,7 @@ fn color(rank: usize, kind: &str) -> String {
     if kind == REST { "c0".into() } else { format!("c{}", 1 + rank % (COLORS - 1)) }
 }
 
-/// Times by the first part of the passes' names (ms).
+/// Times (ms) summed by the first part of the passes' names.
 fn groups(passes: &BTreeMap<String, crate::result::Quartiles>) -> BTreeMap<String, f64> {
     let mut groups = BTreeMap::new();
     for (pass, time) in passes {
@@ -86,7 +85,7 @@ fn groups(passes: &BTreeMap<String, crate::result::Quartiles>) -> BTreeMap<Strin
     groups
 }
 
-/// Groups that are worth a colour, the longest first; as many as there are colours.
+/// Groups that get a colour of their own, the longest first.
 fn large(bars: &[BTreeMap<String, f64>], longest: f64) -> Vec<String> {
     let mut max_times: BTreeMap<&String, f64> = BTreeMap::new();
     for (name, time) in bars.iter().flatten() {
@@ -99,7 +98,7 @@ fn large(bars: &[BTreeMap<String, f64>], longest: f64) -> Vec<String> {
     large.into_iter().map(|(name, _)| name.clone()).collect()
 }
 
-/// The large groups' times and last that of all others (ms).
+/// Times of the large groups, then the sum of all others (ms).
 fn pieces(groups: &BTreeMap<String, f64>, large: &[String]) -> Vec<f64> {
     let own = large.iter().map(|name| groups.get(name).copied().unwrap_or(0.0));
     let rest = groups.iter().filter(|(name, _)| !large.contains(name)).map(|(_, time)| time).sum();

@@ -1,4 +1,4 @@
-//! The frame of a chart: grid, axes, their numbers and what they measure.
+//! Frame of a chart: grid, axes, their numbers and their names.
 
 use maud::{Markup, html};
 
@@ -6,7 +6,7 @@ use super::axis::{Axis, Scale};
 use super::figure::Size;
 use super::number::{at, short};
 
-/// The box of a chart that data is drawn in (px).
+/// Rectangle of a chart in which data is drawn (px).
 #[derive(Clone, Copy, Debug)]
 pub struct Area {
     /// Its left edge.
@@ -20,23 +20,23 @@ pub struct Area {
 }
 
 impl Area {
-    /// That of a chart.
+    /// Data area of a chart.
     pub fn new(size: Size) -> Area {
         let (left, right) = if size == Size::Wide { (64.0, 16.0) } else { (48.0, 8.0) };
         Area { left, right: size.width() - right, top: 30.0, bottom: size.height() - 44.0 }
     }
 
-    /// The axis of values, which grow upwards.
+    /// Vertical axis; values grow upwards.
     pub fn upwards(&self, scale: Scale, values: impl Iterator<Item = f64>) -> Option<Axis> {
         Axis::around(scale, values, self.bottom, self.top)
     }
 
-    /// The axis of values that grow to the right.
+    /// Horizontal axis; values grow to the right.
     pub fn rightwards(&self, scale: Scale, values: impl Iterator<Item = f64>) -> Option<Axis> {
         Axis::around(scale, values, self.left, self.right)
     }
 
-    /// Grid, numbers and names of both axes.
+    /// Draws the grid, and numbers and names of both axes.
     pub fn draw(&self, x: &Axis, x_name: &str, y: &Axis, y_name: &str) -> Markup {
         let Area { left, right, top, bottom } = *self;
         let class = |labelled| if labelled { "grid" } else { "grid minor" };

@@ -1,5 +1,5 @@
-//! Where the measures come from: programs, devices, seeds and times of all run configurations, and the commands that
-//! repeat them.
+//! Provenance of the measures: programs, devices, seeds and times of all run configurations, and the commands that repeat
+//! them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,11 +13,11 @@ use caustics::program::program;
 use caustics::shell;
 use caustics::text::printable;
 
-/// Every value that occurs and the number of run configurations with it, by what it is of.
+/// Distinct values of each field of the provenance, with the number of run configurations that have each.
 fn distinct(runs: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> {
     let count = |field: fn(&Provenance) -> String| {
         let mut counts = BTreeMap::new();
-        // A value may be copied from the page.
+        // Keep values printable: a reader may copy them from the page.
         let values = runs.iter().map(|run| printable(&field(&run.result.provenance)));
         for value in values.filter(|value| !value.is_empty()) {
             *counts.entry(value).or_insert(0) += 1;
@@ -34,14 +34,14 @@ fn distinct(runs: &[Measured]) -> Vec<(&'static str, BTreeMap<String, usize>)> {
     all.into_iter().filter(|(_, values)| !values.is_empty()).collect()
 }
 
-/// How long all run configurations took, and when; the times of the first and the last measure.
+/// Duration of all measurements, and the times of the first and the last one.
 fn times(runs: &[Measured]) -> (String, Option<String>) {
     let wall: f64 = runs.iter().map(|run| run.result.provenance.wall_s).filter(|wall| wall.is_finite()).sum();
     let wall = humantime::format_duration(Duration::from_secs(wall.max(0.0).round() as u64)).to_string();
     let known = || runs.iter().map(|run| run.result.provenance.unix_s).filter(|at| *at > 0);
     let day = |seconds: u64| {
         let time = SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(seconds))?;
-        // What cannot be written as a date, humantime refuses.
+        // Skip times after the year 9999: humantime refuses them.
         (seconds < 253_402_300_800).then(|| {
             humantime::format_rfc3339_seconds(time).to_string().replace(['T', 'Z'], " ").trim().to_string()
         })
@@ -53,7 +53,7 @@ fn times(runs: &[Measured]) -> (String, Option<String>) {
     (wall, span)
 }
 
-/// Commands that make the folders' measures and this report again.
+/// Commands that repeat the folders' measurements and this report.
 pub fn commands(runs: &[Measured], folders: &[PathBuf], output: &Path) -> Vec<String> {
     let mut commits: Vec<&String> = runs.iter().map(|run| &run.result.provenance.commit).collect();
     commits.sort();
@@ -64,7 +64,7 @@ pub fn commands(runs: &[Measured], folders: &[PathBuf], output: &Path) -> Vec<St
     {
         commands.push(format!("git checkout {hash}"));
     }
-    // A path has no NUL.
+    // Quoting fails only for a NUL, which no path has.
     for folder in folders {
         let experiment = folder.join("experiment.toml");
         if experiment.exists()
@@ -80,7 +80,7 @@ pub fn commands(runs: &[Measured], folders: &[PathBuf], output: &Path) -> Vec<St
     commands
 }
 
-/// The block for the page.
+/// The provenance as a block for the page.
 pub fn inline(runs: &[Measured], commands: &[String]) -> Markup {
     let (wall, span) = times(runs);
     html! {

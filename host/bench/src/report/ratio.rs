@@ -1,4 +1,4 @@
-//! Ratios of run configurations to the first one that took turns with them: a noisy machine disturbs both.
+//! Ratios of run configurations to the first one that took turns with them. A disturbance of the machine affects both.
 
 use super::load::Measured;
 use super::name::Names;
@@ -6,7 +6,7 @@ use super::scene::ReportScene;
 use super::table::{Column, Table, TableValue};
 use crate::error::{MEASURES, Measure};
 
-/// The table; none where no configuration but a first one has a ratio.
+/// Table of ratios; none where only first configurations have one.
 pub fn ratios(scene: &ReportScene, names: &Names) -> Option<Table> {
     let ratio = |run: &Measured| run.result.time.as_ref().and_then(|time| time.ratio_to_first);
     let runs: Vec<&Measured> = scene.runs.iter().copied().filter(|run| ratio(run).is_some()).collect();
@@ -16,7 +16,7 @@ pub fn ratios(scene: &ReportScene, names: &Names) -> Option<Table> {
     let first_name =
         |run: &Measured| run.result.time.as_ref().map(|time| time.first.clone()).unwrap_or_default();
     let turns = |run: &Measured| (first_name(run), names.origin(run));
-    // The first one is held against itself: its ratio is 1 to the bit.
+    // The first configuration is compared with itself: its ratio is exactly 1.
     let first = |run: &Measured| {
         let mut firsts = runs.iter().filter(|other| turns(other) == turns(run) && ratio(other) == Some(1.0));
         match (firsts.next(), firsts.next()) {

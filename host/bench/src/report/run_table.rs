@@ -1,4 +1,4 @@
-//! All run configurations of a scene as a table, and everything that is known of all configurations as CSV.
+//! Table of all run configurations of a scene, and CSV of everything known about all configurations.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::parameter::{PARAMETERS, Parameter, Values};
 use crate::result::{RunResult, TimeResult};
 
 type TimeValue<T> = fn(&T) -> Option<f64>;
-/// What was timed.
+/// Columns of times: heading, key and value.
 const TIMES: [(&str, &str, TimeValue<TimeResult>); 11] = [
     ("time [ms]", "median_ms", |time| Some(time.total_ms.median)),
     ("first quartile [ms]", "lower_quartile_ms", |time| Some(time.total_ms.lower)),
@@ -34,7 +34,7 @@ fn setting(value: Option<f64>) -> TableValue {
     value.map_or(TableValue::None, |value| TableValue::Number(value, short(value)))
 }
 
-/// Columns of run configurations.
+/// Returns the columns of run configurations.
 fn columns(runs: &[&Measured]) -> Vec<Column> {
     let column = |head: &'static str, key: &str, value: &dyn Fn(&RunResult) -> TableValue| Column {
         head,
@@ -72,7 +72,7 @@ fn columns(runs: &[&Measured]) -> Vec<Column> {
     columns
 }
 
-/// The table of a scene, and what all its run configurations have in common.
+/// Table of a scene, and the values that all its run configurations share.
 pub fn table(scene: &ReportScene) -> (Table, Vec<(&'static str, String)>) {
     let mut common = Vec::new();
     let columns = columns(&scene.runs).into_iter().filter(|column| {
@@ -96,7 +96,7 @@ pub fn table(scene: &ReportScene) -> (Table, Vec<(&'static str, String)>) {
     (table, common)
 }
 
-/// Everything of all run configurations: a row for each, with every pass and every buffer.
+/// CSV rows of all run configurations, with every pass and every buffer.
 pub fn all(runs: &[Measured], names: &Names) -> Vec<Vec<String>> {
     let all: Vec<&Measured> = runs.iter().collect();
     let text = |head, key: &str, value: &dyn Fn(&Measured) -> String| Column {

@@ -1,4 +1,4 @@
-//! The run configurations of one scene seen through one camera, and those that stand for the rest.
+//! Run configurations of one scene seen through one camera, and a selection that represents them.
 
 use super::load::Measured;
 use super::name::Names;
@@ -7,15 +7,15 @@ use crate::parameter::{FEATURES, PATHS_PER_PIXEL};
 /// A scene of the report.
 #[derive(Debug)]
 pub struct ReportScene<'a> {
-    /// In heads: its name, and the camera's where the scene has several.
+    /// Heading: the scene's name, and the camera's where the scene has several.
     pub title: String,
-    /// Stem of the names of its files: letters, digits and dashes, and no other scene's.
+    /// Stem of its file names: letters, digits and dashes, unique in the report.
     pub slug: String,
     /// Its run configurations.
     pub runs: Vec<&'a Measured>,
 }
 
-/// The scenes of run configurations that are in order.
+/// Groups sorted run configurations by scene and camera.
 pub fn scenes(runs: &[Measured]) -> Vec<ReportScene<'_>> {
     let key = |run: &Measured| (run.result.config.scene.clone(), run.result.config.camera.clone());
     let mut scenes: Vec<ReportScene> = Vec::new();
@@ -33,10 +33,10 @@ pub fn scenes(runs: &[Measured]) -> Vec<ReportScene<'_>> {
     scenes
 }
 
-/// Most letters of a name for files: file systems have 255 bytes for it and what is added.
+/// Maximum number of letters of a slug: file systems allow 255 bytes for a whole file name.
 const MAX_LETTERS: usize = 120;
 
-/// A name for files: lower-case letters, digits and single dashes.
+/// Name for files: lower-case letters, digits and single dashes.
 fn slug(name: &str) -> String {
     let kept = |letter: char| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '-' };
     let text: String = name.chars().map(kept).take(MAX_LETTERS).collect();
@@ -45,7 +45,7 @@ fn slug(name: &str) -> String {
 }
 
 impl<'a> ReportScene<'a> {
-    /// At most `count` configurations that `has` something: one of each series, all at the number of paths that most
+    /// Returns at most `count` configurations that satisfy `has`: one of each series, all at the number of paths that most
     /// series have.
     pub fn chosen(&self, names: &Names, count: usize, has: impl Fn(&Measured) -> bool) -> Vec<&'a Measured> {
         let able: Vec<&'a Measured> = self.runs.iter().copied().filter(|run| has(run)).collect();
@@ -68,7 +68,7 @@ impl<'a> ReportScene<'a> {
     }
 }
 
-/// The paths a pixel that most series have; those nearest to one where several are equally common.
+/// Paths a pixel that most series have; among equally common numbers, the one nearest to 1.
 fn common_paths(runs: &[&Measured], names: &Names) -> f64 {
     let mut counts: Vec<(f64, Vec<usize>)> = Vec::new();
     for config in

@@ -1,5 +1,5 @@
-//! The chart of speed against accuracy: a mark for each run configuration, time a frame against an error, both
-//! logarithmic, and the front of configurations that no other beats in both.
+//! Chart of speed against accuracy: a mark for each run configuration, time of a frame against an error, both logarithmic,
+//! and the Pareto front.
 
 use maud::{Markup, html};
 
@@ -15,7 +15,7 @@ use super::tip::tip;
 use crate::error::Measure;
 use crate::parameter::{FEATURES, METHOD, PATHS_PER_PIXEL, RUNNER};
 
-/// How the fronts of several runners are drawn: in words, and as lengths of dashes and gaps.
+/// Line styles of the fronts of several runners: name, and lengths of dashes and gaps.
 const DASHES: [(&str, &str); 3] = [("solid", "none"), ("dashed", "7 4"), ("dotted", "2 3")];
 
 /// A run configuration of the chart.
@@ -24,18 +24,18 @@ struct Mark<'a> {
     series: usize,
     ms: f64,
     error: f64,
-    /// Standard error of `error` between seeds; 0 where there is one.
+    /// Standard error of `error` between seeds; 0 for a single seed.
     error_off: f64,
     is_on_front: bool,
 }
 
 /// A chart, and the names of the run configurations on its front.
 pub struct Chart {
-    /// What it measures.
+    /// Measure of error of the chart.
     pub measure: &'static Measure,
     /// The chart.
     pub figure: Figure,
-    /// From the fastest: name, time (ms) and error, front by front.
+    /// Front by front, from the fastest: name, time (ms) and error.
     pub front: Vec<(String, f64, f64)>,
 }
 
@@ -118,13 +118,13 @@ pub fn chart(scene: &ReportScene, names: &Names, measure: &'static Measure) -> O
     Some(Chart { measure, figure, front: front.collect() })
 }
 
-/// What competes with each other: times of other programs, machines and sizes do not.
+/// Key of marks that compete with each other. Other programs, machines and image sizes have other keys.
 fn comparable_group(mark: &Mark, names: &Names) -> String {
     let parts = [mark.run.result.config.text(&RUNNER), size(mark.run), names.origin(mark.run)];
     parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
-/// Indices of the marks of each comparable_group's front.
+/// Indices of the marks on the front of each comparable group.
 fn fronts(marks: &[Mark], names: &Names) -> Vec<Vec<usize>> {
     let comparable_group = |mark: &Mark| comparable_group(mark, names);
     let mut groups: Vec<String> = marks.iter().map(comparable_group).collect();
@@ -163,7 +163,7 @@ fn draw(
     Drawing { width: size.width(), height: size.height(), content }
 }
 
-/// How sure the mark's position is.
+/// Error bars of a mark.
 fn bars(mark: &Mark, area: &Area, x: &Axis, y: &Axis) -> Markup {
     let (left, top) = (at(x.position(mark.ms)), at(y.position(mark.error)));
     let within_x = |ms: f64| at(x.position(ms).clamp(area.left, area.right));
@@ -198,7 +198,7 @@ fn draw_mark(mark: &Mark, names: &Names, x: &Axis, y: &Axis) -> Markup {
     }
 }
 
-/// Configurations that differ only in their number of paths, in its order.
+/// Configurations that differ only in their number of paths, in ascending order.
 fn families(marks: &[Mark], names: &Names) -> Vec<Vec<usize>> {
     let key = |index: usize| {
         let mut config = marks[index].run.result.config.clone();
@@ -231,7 +231,7 @@ fn line(family: &[usize], marks: &[Mark], names: &Names, x: &Axis, y: &Axis) -> 
     }
 }
 
-/// What the front reaches: everything above and to the right of its steps is beaten.
+/// Staircase of a front: everything above and to the right of it is dominated.
 fn stairs(front: &[usize], index: usize, marks: &[Mark], area: &Area, x: &Axis, y: &Axis) -> Markup {
     let mut path = String::new();
     for &index in front {
@@ -261,7 +261,7 @@ fn rows(marks: &[Mark], names: &Names, measure: &'static Measure) -> Vec<Vec<Str
     rows
 }
 
-/// The front as a line of text for each configuration.
+/// Text of the front, one line per configuration.
 pub fn list(chart: &Chart) -> Markup {
     html! {
         details .front-list {
@@ -316,7 +316,8 @@ mod tests {
         assert!(marks[2].attribute("data-tip").unwrap().starts_with("kim2019"));
         let mut front: Vec<f64> = chart.front.iter().map(|(_, ms, _)| *ms).collect();
         front.sort_by(f64::total_cmp);
-        // The GPU's configuration and the small image's would beat all others: they have fronts of their own.
+        // The GPU's configuration and the small image's configuration would dominate all others, so they have fronts of
+        // their own.
         assert_eq!(front, [1.0, 2.0, 10.0, 20.0]);
         assert_eq!(
             chart.figure.notes,
@@ -328,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_in_the_chart_is_said() {
+    fn configurations_without_a_mark_are_noted() {
         let runs = [
             run("basic", "cpu", 10.0, Some(0.2)),
             run("basic", "cpu", 9.0, None),

@@ -1,17 +1,17 @@
-//! The table of known ways to fail, each with its test and who passes it: `tests/stability.toml`.
+//! Table of known failure modes, each with its test and its verdicts: `tests/stability.toml`.
 
 use maud::{Markup, html};
 use serde::Deserialize;
 
-/// All modes.
+/// All failure modes.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stability {
-    /// In order of their numbers.
+    /// Failure modes, in order of their numbers.
     pub mode: Vec<Mode>,
 }
 
-/// A way to fail.
+/// A failure mode.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mode {
@@ -21,37 +21,37 @@ pub struct Mode {
     pub name: String,
     /// `path/of/file.rs::name_of_the_test`.
     pub test: String,
-    /// What the test demands.
+    /// Requirement of the test.
     pub what: String,
-    /// Who passes it.
+    /// Verdicts of the methods.
     #[serde(default)]
     pub verdict: Vec<MethodVerdict>,
 }
 
-/// How a method fares.
+/// Verdict on a method.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MethodVerdict {
     /// Its name.
     pub method: String,
-    /// How it fares.
+    /// The verdict.
     pub verdict: Verdict,
-    /// Why, or how far.
+    /// Reason or extent.
     #[serde(default)]
     pub note: String,
-    /// The test that holds it, where it is not the mode's.
+    /// Test of the verdict, where it is not the mode's.
     pub test: Option<String>,
 }
 
-/// How a method fares in a mode.
+/// Verdict on a method in a failure mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// It does not fail.
+    /// The method does not fail.
     Holds,
-    /// It fails.
+    /// The method fails.
     Fails,
-    /// It fails no further than the test says.
+    /// The method fails, within the bound of the test.
     Bounded,
 }
 
@@ -64,7 +64,7 @@ impl Verdict {
         }
     }
 
-    /// Told apart without colour.
+    /// Sign that tells verdicts apart without colour.
     fn sign(self) -> &'static str {
         match self {
             Verdict::Holds => "✓",
@@ -74,7 +74,7 @@ impl Verdict {
     }
 }
 
-/// The table that this program was built with.
+/// Returns the table that this program was built with.
 pub fn stability() -> anyhow::Result<Stability> {
     toml::from_str(include_str!("../../../../tests/stability.toml"))
         .map_err(|error| anyhow::anyhow!("tests/stability.toml: {error}"))
@@ -102,7 +102,7 @@ impl Stability {
         }
     }
 
-    /// Its data: heads first.
+    /// Its data; the first row has the headings.
     pub fn rows(&self) -> Vec<Vec<String>> {
         let mut rows =
             vec![["number", "mode", "test", "method", "verdict", "note"].map(String::from).to_vec()];
@@ -135,12 +135,12 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// Whether a test of this name is in the file; a description of what is not there.
+    /// Checks that a test of this name is in the file; the error describes what is missing.
     fn find(test: &str) -> Result<(), String> {
         let (file, name) = test.rsplit_once("::").ok_or(format!("{test}: it must be FILE::TEST"))?;
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let text = std::fs::read_to_string(root.join(file)).map_err(|error| format!("{file}: {error}"))?;
-        // The attribute, then perhaps others, then the function; tests of proptest have arguments.
+        // The attribute comes first, perhaps others, then the function; tests of proptest have arguments.
         let lines: Vec<&str> = text.lines().map(str::trim).collect();
         let head = format!("fn {name}(");
         let at = lines
@@ -170,9 +170,9 @@ mod tests {
     fn tests_that_do_not_exist_are_found() {
         for test in [
             "tests/tests/methods/stability.rs::a_test_that_nobody_wrote",
-            "tests/tests/nowhere.rs::a_cut_equals_no_history",
-            "a_cut_equals_no_history",
-            // A function, but no test.
+            "tests/tests/nowhere.rs::caustic_history_is_unused_in_the_frame_after_a_cut",
+            "caustic_history_is_unused_in_the_frame_after_a_cut",
+            // A function that is not a test.
             "tests/tests/methods/stability.rs::config",
         ] {
             assert!(find(test).is_err(), "{test} was found");
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn modes_have_numbers_of_their_own_and_every_method_one_verdict() {
+    fn modes_have_unique_numbers_and_one_verdict_per_method() {
         let table = stability().unwrap();
         assert!(table.mode.windows(2).all(|pair| pair[0].number < pair[1].number));
         for mode in &table.mode {

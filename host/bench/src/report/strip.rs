@@ -1,4 +1,4 @@
-//! Images of a scene side by side with their errors below, and one of them wiped over its reference.
+//! Images of a scene side by side with their error maps below, and a wipe between one image and its reference.
 
 use maud::{Markup, html};
 
@@ -80,11 +80,11 @@ fn load(run: &Measured, names: &Names, images: &mut ReportImages) -> anyhow::Res
     }))
 }
 
-/// The wipe: the image is left of the handle, its reference right of it.
+/// Wipe: the image is left of the handle, its reference right of it.
 fn wipe(scene: &ReportScene, shown: &[Shown]) -> Markup {
     let able: Vec<(&Shown, ReportImage)> =
         shown.iter().filter_map(|run| Some((run, run.reference?))).collect();
-    // The image that is furthest from path tracing's noise is not known: the first with light paths is a fair start.
+    // Start with the first method that has light paths, since path tracing is noisy.
     let Some((first, reference)) =
         able.iter().find(|(run, _)| !run.name.starts_with("path")).or(able.first())
     else {

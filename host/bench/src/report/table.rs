@@ -4,19 +4,19 @@ use maud::{Markup, html};
 
 use super::number::number;
 
-/// What stands in a table.
+/// Content of a table cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TableValue {
     /// Words.
     Text(String),
-    /// A number, and how it is written.
+    /// A number, and its text.
     Number(f64, String),
     /// Nothing.
     None,
 }
 
 impl TableValue {
-    /// Three significant digits.
+    /// A number as text with three significant digits.
     pub fn number(value: Option<f64>) -> TableValue {
         value.map_or(TableValue::None, |value| TableValue::Number(value, number(value)))
     }
@@ -38,14 +38,14 @@ impl TableValue {
     }
 }
 
-/// A column: its head on the page and in the file, and its values.
+/// A column: its heading on the page, its key in the file, and its values.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// On the page.
+    /// Heading on the page.
     pub head: &'static str,
-    /// In the file.
+    /// Key in the file.
     pub key: String,
-    /// One a row.
+    /// Values, one per row.
     pub values: Vec<TableValue>,
 }
 
@@ -54,7 +54,7 @@ pub struct Column {
 pub struct Table {
     /// Stem of its file.
     pub name: String,
-    /// What it shows.
+    /// Title.
     pub title: String,
     /// Its columns, of equal length.
     pub columns: Vec<Column>,
@@ -65,13 +65,13 @@ impl Table {
         self.columns.first().map_or(0, |column| column.values.len())
     }
 
-    /// Without columns in which nothing stands.
+    /// Removes columns without values.
     pub fn without_empty(mut self) -> Table {
         self.columns.retain(|column| column.values.iter().any(|value| *value != TableValue::None));
         self
     }
 
-    /// The table for the page. It scrolls within its box.
+    /// The table for the page; it scrolls within its box.
     pub fn inline(&self) -> Markup {
         let is_number =
             |column: &Column| column.values.iter().any(|value| matches!(value, TableValue::Number(..)));
@@ -95,7 +95,7 @@ impl Table {
         }
     }
 
-    /// Its data: heads first.
+    /// Its data; the first row has the keys.
     pub fn rows(&self) -> Vec<Vec<String>> {
         let heads = self.columns.iter().map(|column| column.key.clone()).collect();
         let row = |index: usize| self.columns.iter().map(|column| column.values[index].raw()).collect();
@@ -103,7 +103,7 @@ impl Table {
     }
 }
 
-/// Rows as CSV.
+/// Writes rows as CSV.
 pub fn csv(rows: &[Vec<String>]) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {

@@ -1,4 +1,4 @@
-//! What is said of a run configuration beside its mark: a name, and its numbers line by line.
+//! Tooltip of a run configuration's mark: its name and its numbers, line by line.
 
 use super::load::Measured;
 use super::name::Names;
@@ -6,7 +6,7 @@ use super::number::number;
 use crate::error::{MEASURES, Measure};
 use crate::parameter::{PARAMETERS, PATHS_PER_PIXEL, Parameter, VisualEncoding};
 
-/// The name, then a line a number; numbers that are missing have none.
+/// Returns the name, then one line per number that is known.
 pub fn tip(run: &Measured, names: &Names) -> String {
     let config = &run.result.config;
     let mut lines = vec![names.label(run)];

@@ -1,4 +1,4 @@
-//! The file of a sweep: TOML. An error names the line and shows the key.
+//! Sweep file (TOML). An error names the line and shows the key.
 
 use std::ops::RangeInclusive;
 
@@ -18,17 +18,17 @@ use caustics::scene::{
     BvhCache, BvhOptions, BvhQuality, DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError,
 };
 
-/// Most run configurations of a file, counted before any is left out: more than a year of seconds would not measure ten
-/// times as many.
+/// Maximum number of run configurations of a file, counted before any is left out. At a second each, they take more than a
+/// day.
 const MAX_RUNS: u64 = 100_000;
-/// Largest file (bytes).
+/// Maximum size of a file (bytes).
 const MAX_BYTES: usize = 1 << 24;
-/// Last frame that is measured, at most.
+/// Maximum number of frames, with those before the first measured one and the warm-up.
 const MAX_FRAMES: u64 = 1_000_000;
-/// Frames a second that an animation may have.
+/// Range of an animation's frame rate (frames a second).
 pub const FPS: RangeInclusive<f64> = 1e-3..=1e9;
 
-/// The whole file.
+/// A sweep file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SweepConfig {
@@ -41,59 +41,59 @@ pub struct SweepConfig {
     /// First seed.
     #[serde(default)]
     pub seed: u32,
-    /// Exposure of the display that FLIP looks at, and of the PNGs (stops).
+    /// Exposure of the display, for FLIP and for the PNGs (stops).
     #[serde(default)]
     pub exposure: f32,
-    /// Which level of its textures the camera sees, in all run configurations and the references alike.
+    /// Texture level that the camera sees, in all run configurations and references.
     #[serde(default = "cone", deserialize_with = "by_name::deserialize")]
     pub texture_filter: TextureFilter,
-    /// Reflections of at most this roughness are specular.
+    /// Maximum roughness of a specular reflection.
     #[serde(default = "specular_roughness")]
     pub specular_roughness: f32,
-    /// Where in a pixel its rays go.
+    /// Position within a pixel of its rays.
     #[serde(default = "centre", deserialize_with = "by_name::deserialize")]
     pub pixel_filter: PixelFilter,
-    /// Radiance behind everything (W m^-2 sr^-1); none: what the scene says.
+    /// Radiance behind everything (W m^-2 sr^-1); none: the scene's own.
     #[serde(default, deserialize_with = "exact::optional")]
     pub background: Option<[f32; 3]>,
-    /// Light from all around; none: what the scene says.
+    /// Light from all around; none: the scene's own.
     pub environment: Option<EnvironmentTable>,
-    /// When scenes get the default light.
+    /// Condition under which scenes get the default light.
     #[serde(default)]
     pub default_light: DefaultLight,
     /// Whether scenes stand on a floor.
     #[serde(default)]
     pub floor: bool,
-    /// Whether what is missing or out of range in a scene's file is an error.
+    /// Whether missing or out-of-range values in a scene's file are errors.
     #[serde(default)]
     pub strict: bool,
-    /// Variant of the scenes' materials, by its name.
+    /// Name of a variant of the scenes' materials.
     pub variant: Option<String>,
-    /// The scenes' animation that plays, by its name; none: all of them together.
+    /// Name of the animation that plays; none: all of them together.
     pub animation: Option<String>,
-    /// Triangles that copies of meshes may take; beyond, a mesh that has several instances is stored once.
+    /// Maximum number of triangles in copies of meshes; beyond it, a mesh that has several instances is stored once.
     #[serde(default = "copies")]
     pub copies: u64,
     /// BVH build quality of the scenes.
     #[serde(default)]
     pub bvh_quality: BvhQuality,
-    /// The time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
+    /// Time of the scenes' animations that all frames show (s); none: frame k shows the time k / fps.
     pub moment_s: Option<f64>,
-    /// How times are measured, if they are.
+    /// Measurement of times, if any.
     pub time: Option<TimeTable>,
-    /// How errors are measured, if they are.
+    /// Measurement of errors, if any.
     pub error: Option<ErrorTable>,
     /// The run configurations.
     pub matrix: Vec<Spanned<MatrixTable>>,
 }
 
-/// What all scenes are put into.
+/// Environment of all scenes.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnvironmentTable {
     /// A latitude-longitude image (.hdr or .exr), or one radiance as `R,G,B`.
     pub source: String,
-    /// By how much it is turned around the y axis, from +z towards +x (degrees).
+    /// Rotation around the y axis, from +z towards +x (degrees).
     #[serde(default)]
     pub rotation: f32,
     /// Factor on its radiance.
@@ -102,7 +102,7 @@ pub struct EnvironmentTable {
 }
 
 impl EnvironmentTable {
-    /// The environment that it names.
+    /// Loads the environment.
     pub fn map(&self) -> Result<EnvironmentMap, SceneError> {
         Ok(EnvironmentMap::named(&self.source)?.placed(self.scale, self.rotation))
     }
@@ -112,7 +112,7 @@ fn one() -> f32 {
     1.0
 }
 
-/// `[time]`.
+/// Table `[time]`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TimeTable {
@@ -120,18 +120,18 @@ pub struct TimeTable {
     pub width: Side,
     /// Image height (px).
     pub height: Side,
-    /// Frames that are timed.
+    /// Number of timed frames.
     #[serde(default = "sixteen")]
     pub frames: Count,
-    /// Frames before them that are not.
+    /// Number of untimed frames before them.
     #[serde(default = "two")]
     pub warm_up: u32,
-    /// Whether the tracer alone is timed too, so that the passes that trace can be compared with it.
+    /// Whether the tracer alone is timed too, for comparison with the passes that trace.
     #[serde(default)]
     pub tracer_rate: bool,
 }
 
-/// `[error]`.
+/// Table `[error]`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorTable {
@@ -145,14 +145,14 @@ pub struct ErrorTable {
     /// Frames of the progressive reference.
     #[serde(default = "many")]
     pub reference_frames: Count,
-    /// Frames of scenes that move, each with a reference; of still ones, frames of which the last is measured where anything
-    /// outlives its frame.
+    /// Number of frames. Scenes that move: all are measured, each with a reference. Still scenes: only the last is
+    /// measured, and the others are rendered where state outlives a frame.
     #[serde(default = "sixteen")]
     pub frames: Count,
     /// Whether every frame of still scenes is measured too.
     #[serde(default)]
     pub every_frame: bool,
-    /// Of all scenes only these frames are measured, and have a reference; the first is 0.
+    /// The only frames that are measured and have a reference, in all scenes; the first frame is 0.
     #[serde(default)]
     pub compared_frames: Option<NonEmpty<u32>>,
 }
@@ -175,7 +175,7 @@ impl SweepConfig {
         Ok(config)
     }
 
-    /// How the files of scenes are read.
+    /// Options for loading the scenes.
     pub fn load(&self) -> LoadOptions {
         LoadOptions {
             strict: self.strict,
@@ -188,10 +188,10 @@ impl SweepConfig {
         }
     }
 
-    /// Checks what no value by itself shows; `text` is that of the file, if there is one.
+    /// Checks the settings against each other; `text` is the file's text, if there is one.
     ///
     /// # Errors
-    /// What is wrong, with the key's line in the text.
+    /// If a setting is invalid; the message gives the key's line in the text.
     pub fn check(&self, text: &str) -> Result<(), String> {
         if self.time.is_none() && self.error.is_none() {
             return Err("there is nothing to measure: give a table [time], [error], or both".into());
@@ -307,7 +307,7 @@ mod tests {
                         paths_per_pixel = [1]\n";
 
     #[test]
-    fn what_is_not_said_has_a_default() {
+    fn missing_keys_have_defaults() {
         let config = SweepConfig::parse(GOOD).unwrap();
         let matrix = config.matrix[0].get_ref();
         assert_eq!((config.fps.0, config.time.unwrap().frames.0), (24.0, 16));

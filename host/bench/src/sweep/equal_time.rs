@@ -1,45 +1,47 @@
-//! Light paths by which a frame takes a given time: the root of a function that is measured, noisy and grows.
+//! Search for the number of light paths with which a frame takes a given time: the root of a measured, noisy, growing
+//! function.
 //!
-//! A frame takes a time that does not depend on its light paths, and one in proportion to them; so the secant of two measures
-//! is a good guess. Guesses stay between the last known too little and too much; where these meet before the time is met, a
-//! measure was disturbed, and the older one is forgotten.
+//! Part of a frame's time is fixed and part is proportional to its light paths, so the secant of two measurements is a good
+//! guess. Guesses stay between the largest known number that is too small and the smallest that is too large. Where these
+//! meet before the time is met, a measurement was disturbed, and the older one is dropped.
 
-/// Off from the time asked for, at most, relative to it.
+/// Maximum deviation from the target time, relative to it.
 pub const TOLERANCE: f64 = 0.02;
-/// Numbers of light paths that are tried, at most.
+/// Maximum number of trials.
 const MAX_STEPS: u32 = 16;
-/// A guess is at most this many times the last one, or that part of it: one measure says little of far ones.
+/// Maximum factor between consecutive guesses: one measurement says little about distant numbers.
 const MAX_STEP: f64 = 8.0;
 
 /// Light paths and the time that they took (ms).
 type Trial = (u32, f64);
 
-/// What was found.
+/// Result of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EqualTimeResult {
     /// Light paths.
     pub paths: u32,
-    /// The time that they take (ms).
+    /// Time that they take (ms).
     pub ms: f64,
-    /// Numbers of light paths that were tried.
+    /// Number of trials.
     pub steps: u32,
 }
 
 impl EqualTimeResult {
-    /// Whether it takes the time asked for.
+    /// Whether the paths take the target time.
     pub fn is_met(&self, target_ms: f64) -> bool {
         is_met(self.ms, target_ms)
     }
 }
 
-/// Whether a time is the one asked for, as far as it can be.
+/// Whether a time equals the target time within [`TOLERANCE`].
 pub fn is_met(ms: f64, target_ms: f64) -> bool {
     (ms / target_ms - 1.0).abs() <= TOLERANCE
 }
 
-/// The time of a run configuration and the one that it is held against (ms): the clock's, or, where the first configuration
-/// of its turns is to meet the same time, that of the first one. `first` is the median of each frame's ratio to it, and its
-/// own time: a machine that slows down or speeds up does so for both.
+/// Returns the time of a run configuration and the time to compare it with (ms). `first` is given where the first
+/// configuration of the turns has the same target: the median ratio to it, and its time. The ratio replaces the clock then,
+/// since a machine that slows down slows both. The first configuration's time replaces the target where it meets the
+/// target.
 pub fn held(own_ms: f64, first: Option<(f64, f64)>, target_ms: f64) -> (f64, f64) {
     match first {
         None => (own_ms, target_ms),
@@ -48,8 +50,8 @@ pub fn held(own_ms: f64, first: Option<(f64, f64)>, target_ms: f64) -> (f64, f64
     }
 }
 
-/// The number of light paths from 1 to `max_paths` whose measured time (ms) is nearest to the target; the search ends with the
-/// first that meets it.
+/// Finds the number of light paths from 1 to `max_paths` whose measured time (ms) is nearest to the target. The search ends
+/// with the first number that meets it.
 pub fn search(
     target_ms: f64,
     start: u32,
@@ -87,7 +89,8 @@ pub fn search(
             f64::from(a) + (target_ms - a_ms) * (f64::from(b) - f64::from(a)) / (b_ms - a_ms)
         };
         let guess = match (below, above, last) {
-            // Two on one side say more of the way to the time than the old one on the other.
+            // Use the bracket, unless the last two trials are on one side: they predict better than an old one on the
+            // other.
             (Some(below), Some(above), last)
                 if last.is_none_or(|last| (last.1 < target_ms) != (ms < target_ms)) =>
             {
@@ -98,12 +101,12 @@ pub fn search(
         };
         let next = match (below, above) {
             (Some(below), Some(above)) => {
-                // Away from both ends: a measure near one says little that is new.
+                // Stay away from both ends: a trial near one of them adds little.
                 let (a, b) = (f64::from(below.0), f64::from(above.0));
                 let margin = (0.02 * (b - a)).max(1.0);
                 guess.clamp(a + margin.min(0.5 * (b - a)), b - margin.min(0.5 * (b - a)))
             }
-            // What was measured says that more paths take no more time, or that they take it all.
+            // Follow the guess if it asks for more paths; noise may make it negative or infinite.
             (Some(_), None) if guess.is_finite() && guess > one => {
                 guess.clamp(one + 1.0, one * MAX_STEP + 1.0)
             }
@@ -113,7 +116,7 @@ pub fn search(
         };
         let next = (next.round() as u32).clamp(1, max_paths);
         if next == paths {
-            // At an end of the range.
+            // The search has reached an end of the range.
             break;
         }
         last = Some((paths, ms));
@@ -136,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn times_that_grow_as_the_paths_are_met_in_few_steps() {
+    fn linear_times_are_met_in_few_steps() {
         for (constant, each) in [(0.0, 1e-3), (90.0, 1e-3), (5.0, 1e-6), (99.0, 1e-4), (50.0, 1.0)] {
             for start in [1, 1000, 10_000_000] {
                 let found = find(100.0, start, u32::MAX / 6, |paths, _| constant + each * paths);
@@ -146,13 +149,13 @@ mod tests {
     }
 
     #[test]
-    fn configurations_of_one_time_are_equal_in_their_turns() {
+    fn configurations_with_one_target_are_compared_within_their_turns() {
         let met = |held: (f64, f64)| is_met(held.0, held.1);
         assert!(met(held(101.0, None, 100.0)) && !met(held(105.0, None, 100.0)));
-        // The machine was slow where this one had its turns, but so it was for the first one.
+        // The machine was slow during this configuration's turns, and as slow for the first one.
         assert!(met(held(105.0, Some((1.01, 99.0)), 100.0)));
         assert!(!met(held(100.0, Some((1.05, 99.0)), 100.0)));
-        // Equal to a first one that misses the time: both go on.
+        // The first one misses the time, and this one is equal to it: both go on.
         assert!(!met(held(110.0, Some((1.0, 110.0)), 100.0)));
     }
 
@@ -160,10 +163,10 @@ mod tests {
     fn curved_and_noisy_times_are_met() {
         let curved = |paths: f64, _| 3.0 + 1e-4 * paths * (paths + 2.0).log2();
         assert!(find(100.0, 64, 1 << 30, curved).is_met(100.0));
-        // Caches: four times the price beyond a size.
+        // Caches: a path costs four times as much beyond a size.
         let steep = |paths: f64, _| 1e-3 * paths.min(5e4) + 4e-3 * (paths - 5e4).max(0.0);
         assert!(find(100.0, 64, 1 << 30, steep).is_met(100.0));
-        // A percent of noise, another one each time.
+        // One percent of noise, different in each trial.
         let noisy = |paths: f64, step: u32| {
             (10.0 + 1e-3 * paths) * (1.0 + 0.01 * f64::from(step * 7 % 5) / 2.0 - 0.01)
         };
@@ -171,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_measure_that_was_disturbed_is_forgotten() {
+    fn a_disturbed_measurement_is_dropped() {
         for disturbed in 1..5 {
             for factor in [0.5, 0.7, 1.4, 2.0] {
                 let time =
@@ -183,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_met_ends_at_the_nearest() {
+    fn unreachable_times_end_at_the_nearest() {
         let slow = find(100.0, 10_000, 1 << 30, |paths, _| 150.0 + 1e-3 * paths);
         assert!(!slow.is_met(100.0) && slow.paths == 1, "{slow:?}");
         let fast = find(100.0, 10_000, 100_000, |paths, _| 1e-4 * paths);

@@ -15,11 +15,12 @@ use crate::run_config::RunConfig;
 use crate::store::provenance;
 use caustics::hash::digest;
 
-/// Measures the errors of a run configuration, if any are asked for, and keeps them. False where it was stopped.
+/// Measures the errors of a run configuration, if the sweep asks for any, and writes them. Returns `false` where the run
+/// was stopped.
 ///
 /// # Errors
 ///
-/// A frame that fails, a file that cannot be written.
+/// If a frame fails, or a file cannot be written.
 pub fn measure_error(sweep: &SweepContext, task: &Task, run: &RunConfig) -> anyhow::Result<bool> {
     let plan = task.part.error_plan(sweep.config, run);
     let (Some(error), Some(plan)) = (&sweep.config.error, &plan) else { return Ok(true) };
@@ -37,7 +38,7 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, run: &RunConfig) -> anyh
             }
         }
     }
-    // The time of references is none of the configuration.
+    // Leave the time of the references out of the configuration's.
     let referenced = start.elapsed();
     let mut records: Vec<FrameRecord> = Vec::new();
     let mut each = |new: Vec<FrameRecord>| {
@@ -77,7 +78,7 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, run: &RunConfig) -> anyh
         mean(records.iter().map(|record: &FrameRecord| record.get(key)).skip(skipped(key, &records)))
     };
     let mut off = MEASURES.iter().fold(off, |off, measure| off.with(measure, mean_of_records(measure.key)));
-    // Frames of one seed share what a history keeps: their mean is taken to be no surer than one of them.
+    // Take the standard error of one frame for the mean of all: frames of one seed share their history.
     let sure =
         |measure: &&Measure| Some((measure.key.to_string(), mean_of_records(&measure.standard_error_key())?));
     off.standard_errors = MEASURES.iter().filter_map(sure).collect();
@@ -103,7 +104,7 @@ pub fn measure_error(sweep: &SweepContext, task: &Task, run: &RunConfig) -> anyh
     Ok(true)
 }
 
-/// Rows at the start that cannot have a measure: the first frame has none before it.
+/// Number of records at the start that lack the measure: the first frame has no frame before it.
 fn skipped(key: &str, records: &[FrameRecord]) -> usize {
     usize::from(records.len() > 1 && records[0].get(key).is_none() && records[1].get(key).is_some())
 }

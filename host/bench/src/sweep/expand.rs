@@ -1,4 +1,4 @@
-//! The run configurations of a sweep's file, each once, with what they are known by.
+//! Run configurations of a sweep file, without duplicates, with their identities.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,32 +18,32 @@ use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{self, EnvironmentMap, Scene, Staged, Staging};
 use caustics::session::RunnerChoice;
 
-/// Scenes, each with a camera and a size, that a file may have at most: all are in memory at once.
+/// Maximum number of scenes, each with a camera and a size, in a file: all are in memory at once.
 const MAX_PARTS: usize = 1000;
 
-/// A scene, a size, and their run configurations.
+/// A scene, a camera, a size, and their run configurations.
 #[derive(Clone, Debug)]
 pub struct SweepPart {
-    /// As loaded.
+    /// Scene as loaded.
     pub scene: Scene,
     /// Name of the camera.
     pub camera: String,
-    /// What the scene got that its file does not have, a line each.
+    /// Additions to the scene that its file does not have, one line each.
     pub notes: Vec<String>,
-    /// Width and height of the image that is timed, if it is (px).
+    /// Width and height of the timed image, if times are measured (px).
     pub timed_size: Option<(u32, u32)>,
-    /// Hash of all that the configurations of the part share.
+    /// Hash of everything that the part's run configurations share.
     view: String,
-    /// What is measured.
+    /// Run configurations to measure.
     pub runs: Vec<RunConfig>,
 }
 
 /// Everything that a sweep measures.
 #[derive(Clone, Debug, Default)]
 pub struct Expanded {
-    /// A part a scene, camera and size.
+    /// Parts, one for each scene, camera and size.
     pub parts: Vec<SweepPart>,
-    /// What cannot be, a line each.
+    /// Combinations that are not possible, one line each.
     pub skipped: Vec<String>,
 }
 
@@ -51,14 +51,14 @@ impl Expanded {
     /// Loads the scenes and makes the run configurations; `runner` finds the runner of a name.
     ///
     /// # Errors
-    /// A scene that cannot be loaded, a camera or a runner that is not there.
+    /// If a scene cannot be loaded, or a camera or a runner is missing.
     pub fn new(
         config: &SweepConfig,
         runner: &mut dyn FnMut(&str) -> anyhow::Result<RunnerChoice>,
     ) -> anyhow::Result<Expanded> {
         let mut all = Expanded::default();
         let mut known = BTreeMap::new();
-        // Counted before any is loaded.
+        // Count the parts before loading any scene.
         let mut parts = BTreeSet::new();
         for matrix in config.matrix.iter().map(Spanned::get_ref) {
             for size in timed_sizes(config, matrix) {
@@ -133,19 +133,19 @@ impl SweepPart {
         };
         let Staged { scene, camera, notes } = staging.load(&scene::resolve(argument)?)?;
         let mut part = SweepPart { camera, notes, timed_size, view: String::new(), scene, runs };
-        // Each run configuration says itself in what it differs from others.
+        // Hash the common settings only; `identity` adds those of each run configuration.
         let plan = part.plan(config);
         let first = posed(&part.scene, plan.time_of(config.first_frame))?;
         part.view = digest(&view(&first, &part.camera, &plan.config));
         Ok(part)
     }
 
-    /// Whether its frames differ.
+    /// Whether the frames differ.
     pub fn moves(&self, config: &SweepConfig) -> bool {
         self.scene.is_animated() && config.moment_s.is_none()
     }
 
-    /// What all plans have in common: neither time nor error, and no run configurations.
+    /// Returns the settings that all plans share, without time, error and run configurations.
     pub fn plan(&self, config: &SweepConfig) -> MeasurementPlan {
         let image = RenderConfig {
             seed: config.seed,
@@ -169,7 +169,7 @@ impl SweepPart {
         }
     }
 
-    /// The frames by which times are measured, if they are.
+    /// Plan of the timed frames, if times are measured.
     pub fn time_plan(&self, config: &SweepConfig) -> Option<MeasurementPlan> {
         let (time, (width, height)) = (config.time.as_ref()?, self.timed_size?);
         let plan = self.plan(config);
@@ -179,8 +179,8 @@ impl SweepPart {
         Some(MeasurementPlan { config: image, frames, warm_up: time.warm_up, time: true, ..plan })
     }
 
-    /// The frames by which errors of a run configuration are measured, if they are. Of a scene where nothing moves that is
-    /// one frame; where something outlives its frame, the last of several.
+    /// Plan of the frames by which errors of a run configuration are measured, if they are. A still scene has one frame, or
+    /// the last of several where state outlives a frame.
     pub fn error_plan(&self, config: &SweepConfig, run: &RunConfig) -> Option<MeasurementPlan> {
         let error = config.error.as_ref()?;
         let plan = self.plan(config);
@@ -198,10 +198,10 @@ impl SweepPart {
         Some(MeasurementPlan { config: image, frames, compared, seeds: error.seeds.0, ..plan })
     }
 
-    /// Hash of all that decides what is measured of a run configuration.
+    /// Hash of everything that decides the measures of a run configuration.
     pub fn identity(&self, config: &SweepConfig, run: &RunConfig) -> String {
-        // Without dots: whoever adds a key decides. The common settings and what the scene got are in the view, the lists in
-        // the run configurations.
+        // List every field, so that a new key has to be decided on. The view covers the common settings and the additions
+        // to the scene; the run configurations cover the lists.
         let SweepConfig {
             fps,
             first_frame,
@@ -234,7 +234,7 @@ impl SweepPart {
     }
 }
 
-/// Sizes of the images that are timed; one that is none where no times are measured.
+/// Sizes of the timed images; a single none where no times are measured.
 fn timed_sizes(config: &SweepConfig, matrix: &MatrixTable) -> Vec<Option<(u32, u32)>> {
     if matrix.size.is_empty() {
         return vec![config.time.as_ref().map(|time| (time.width.0, time.height.0))];
@@ -242,8 +242,8 @@ fn timed_sizes(config: &SweepConfig, matrix: &MatrixTable) -> Vec<Option<(u32, u
     matrix.size.iter().map(|(width, height)| Some((width.0, height.0))).collect()
 }
 
-/// The run configurations with light paths a pixel instead of a number of them, so that images of all sizes have the
-/// same.
+/// Returns the run configurations with light paths a pixel instead of a number of light paths, which makes images of all
+/// sizes comparable.
 fn per_pixel(config: &SweepConfig, timed_size: Option<(u32, u32)>, runs: &[RunConfig]) -> Vec<RunConfig> {
     let size = timed_size.or(config.error.as_ref().map(|error| (error.width.0, error.height.0)));
     let pixels = size.map_or(1.0, |(width, height)| f64::from(width) * f64::from(height));

@@ -1,4 +1,4 @@
-//! `[[matrix]]` of a sweep's file: lists of values, of which all combinations are run configurations.
+//! Table `[[matrix]]` of a sweep file: lists of values, all combinations of which are run configurations.
 
 use std::fmt;
 
@@ -15,15 +15,15 @@ use caustics::scene::{CameraChoice, Position};
 /// A table of lists.
 #[derive(Clone, Debug, Default)]
 pub struct MatrixTable {
-    /// Files or names.
+    /// Files or names of scenes.
     pub scene: Vec<String>,
     /// The camera.
     pub camera: CameraChoice,
-    /// Widths and heights of the images that are timed; none: that of `[time]`.
+    /// Widths and heights of the timed images; none: the size in `[time]`.
     pub size: Vec<(Side, Side)>,
     /// Values of the parameters.
     pub parameters: Matrix,
-    /// The keys by which light paths were given.
+    /// Keys that gave the light paths.
     pub paths_keys: Vec<&'static str>,
 }
 
@@ -31,7 +31,7 @@ impl MatrixTable {
     /// Adds a value under the key of a parameter.
     ///
     /// # Errors
-    /// What it must be.
+    /// If the value is not allowed; the message says what it must be.
     pub fn add(&mut self, key: &'static str, text: &str) -> Result<(), String> {
         let (parameter, value) = spelled(key, text).ok_or_else(|| format!("there is no key {key}"))?;
         if *parameter == PATHS_PER_PIXEL && !self.paths_keys.contains(&key) {
@@ -40,7 +40,7 @@ impl MatrixTable {
         self.parameters.add(parameter, &value)
     }
 
-    /// Combinations of its lists.
+    /// Number of combinations of its lists.
     pub fn count(&self) -> u64 {
         let images = self.scene.len() as u64 * self.size.len().max(1) as u64;
         self.parameters.count().saturating_mul(images)
@@ -116,7 +116,7 @@ impl<'de> Deserialize<'de> for Key {
     }
 }
 
-/// Values of a key: one, or a list.
+/// Values of a key: a single one, or a list.
 struct List<'a> {
     table: &'a mut MatrixTable,
     key: &'static str,
@@ -153,7 +153,7 @@ impl<'de> Visitor<'de> for List<'_> {
         while list.next_element_seed(List { table: &mut *self.table, key: self.key })?.is_some() {
             is_empty = false;
         }
-        // Where the machine decides, no value leaves it to the machine.
+        // An empty list leaves a parameter without a default to the machine.
         let may_be_empty = Parameter::find(self.key).is_some_and(|parameter| parameter.default.is_empty());
         if is_empty && !may_be_empty { Err(A::Error::custom("the list is empty")) } else { Ok(()) }
     }

@@ -1,4 +1,4 @@
-//! Joins the results of several folders in one.
+//! Merges the results of several folders into one.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,19 +10,19 @@ use crate::store;
 use caustics::file::read_file;
 use caustics::output::target::Target;
 
-/// What became of the results of a folder.
+/// Numbers of results of a folder, by what was done with them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Joined {
-    /// Taken.
+    /// Copied.
     pub taken: usize,
-    /// The same as one that was there.
+    /// Left out, equal to an existing one.
     pub equal: usize,
-    /// Left out for one that knows more or is newer.
+    /// Left out in favour of a more complete or newer one.
     pub older: usize,
 }
 
-/// Copies every result of the folders, with its images, into `out`, which keeps what it has. Of two of one identity the
-/// one that was measured more fully wins (time and error), else the newer one. A count for each folder.
+/// Copies every result of the folders, with its images, into `out`, and keeps the results already there. Of two results of
+/// one identity, the more complete one wins (time and error), else the newer one. Returns counts for each folder.
 pub fn merge(folders: &[PathBuf], out: &Path) -> anyhow::Result<Vec<Joined>> {
     store::create(out)?;
     let mut known: BTreeMap<String, RunResult> =
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
     use crate::result::{ErrorResult, Provenance, TimeResult};
 
-    /// The identity of a digit.
+    /// Identity that ends in a digit.
     fn digit_identity(digit: &str) -> String {
         format!("{digit:0>16}")
     }
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn the_fuller_then_the_newer_result_wins_with_its_pictures() {
+    fn the_fuller_then_the_newer_result_wins_with_its_images() {
         let root = tempfile::tempdir().unwrap();
         let [a, b, out] = ["a", "b", "out"].map(|name| root.path().join(name));
         let old = ["1", "2", "3", "4"].map(|identity| result(identity, 10, true));
@@ -116,7 +116,7 @@ mod tests {
             std::fs::read_to_string(store::results_folder(&out).join(digit_identity(name) + ".png")).unwrap()
         });
         assert_eq!(images, ["a", "b", "a", "a", "b"]);
-        // Again, in the other order: the same.
+        // Merging again in the other order changes nothing.
         merge(&[b, a], &out).unwrap();
         assert_eq!(store::read_all(&out).unwrap(), merged);
     }

@@ -1,4 +1,4 @@
-//! What is measured with what: a run configuration of a sweep, and the sweep that it belongs to.
+//! Tasks: a run configuration of a sweep, and the context in which it is measured.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -11,57 +11,58 @@ use crate::run_config::RunConfig;
 use crate::store::Results;
 use caustics::render_config::{Paths, RenderConfig};
 
-/// A run configuration and what it is known by.
+/// A run configuration with its scene and identity.
 #[derive(Clone, Debug)]
 pub struct Task<'a> {
     /// Its scene.
     pub part: &'a SweepPart,
     /// The run configuration.
     pub run: RunConfig,
-    /// Hash of all that decides its measures.
+    /// Hash of everything that decides its measures.
     pub identity: String,
 }
 
 impl<'a> Task<'a> {
-    /// A run configuration of a part.
+    /// Returns the task of a run configuration of a part.
     pub fn new(config: &SweepConfig, part: &'a SweepPart, run: &RunConfig) -> Task<'a> {
         Task { part, run: run.clone(), identity: part.identity(config, run) }
     }
 
-    /// All run configurations of a part.
+    /// Returns the tasks of all run configurations of a part.
     pub fn all(config: &SweepConfig, part: &'a SweepPart) -> Vec<Task<'a>> {
         part.runs.iter().map(|run| Task::new(config, part, run)).collect()
     }
 
-    /// Whether a result is all that is asked for.
+    /// Whether a result has everything that the sweep measures.
     pub fn is_whole(&self, config: &SweepConfig, result: &RunResult) -> bool {
         (config.time.is_none() || result.time.is_some()) && (config.error.is_none() || result.error.is_some())
     }
 
-    /// Whether all that is asked for is among the results.
+    /// Whether the results have everything that the sweep measures of this task.
     pub fn is_done(&self, config: &SweepConfig, results: &Results) -> bool {
         results.read(&self.identity).is_some_and(|result| self.is_whole(config, &result))
     }
 }
 
-/// What all run configurations are measured with.
+/// Context that all tasks of a sweep share.
 pub struct SweepContext<'a> {
-    /// What is measured.
+    /// The sweep's settings.
     pub config: &'a SweepConfig,
-    /// Where results go.
+    /// Destination of the results.
     pub results: &'a Results,
-    /// Where references are kept.
+    /// Folder of the references.
     pub cache: PathBuf,
-    /// Whether the run is to stop.
+    /// Returns whether the run has to stop.
     pub stopped: &'a dyn Fn() -> bool,
     /// Receives messages on the progress.
     pub on_message: &'a dyn Fn(&str),
-    /// Light paths that were searched for, by the identity of the run configuration.
+    /// Light paths found by search, by the identity of the run configuration.
     pub found: RefCell<BTreeMap<String, Paths>>,
 }
 
 impl SweepContext<'_> {
-    /// The result that a task has; an empty one where it has none. `run` is the task's with the light paths that were found.
+    /// Returns the result of a task, or an empty one. `run` is the task's configuration with the light paths that were
+    /// found.
     pub fn result(&self, task: &Task, run: &RunConfig) -> RunResult {
         self.results.read(&task.identity).unwrap_or_else(|| {
             let of_error = self.config.error.as_ref().map(|error| (error.width.0, error.height.0));
@@ -76,7 +77,7 @@ impl SweepContext<'_> {
     }
 }
 
-/// Frames of both, each with what either knows.
+/// Merges frames of two results, each with the values that either has.
 pub fn joined(a: &[FrameResult], b: &[FrameResult]) -> Vec<FrameResult> {
     let mut all: BTreeMap<u32, FrameResult> = BTreeMap::new();
     for result in a.iter().chain(b) {

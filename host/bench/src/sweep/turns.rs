@@ -1,4 +1,4 @@
-//! Run configurations of one scene and runner: they take turns while they are timed, then each is held against the
+//! Turns: run configurations of one scene and runner take turns while they are timed, then each is compared with the
 //! reference.
 
 use anyhow::Context;
@@ -21,29 +21,30 @@ use caustics::render_config::Paths;
 use caustics::scene::Scene;
 use caustics::trace_rate::closest_hits_per_second;
 
-/// Most run configurations that take turns, the first one of the group aside: what an interruption loses.
+/// Maximum number of run configurations that take turns, besides the group's first one. An interruption loses their
+/// measurements.
 const MAX_TURNS: usize = 8;
-/// Most memory of all that take turns (bytes).
+/// Maximum memory of all configurations that take turns (bytes).
 const MAX_MEMORY: usize = 6 << 30;
-/// Frames by which a number of light paths is tried.
+/// Number of frames of a trial.
 const TRIAL_FRAMES: u32 = 5;
-/// Rounds of turns in which light paths are corrected, at most: beside others a configuration is slower than by itself.
+/// Maximum number of rounds in which light paths are corrected: beside others, a configuration is slower than by itself.
 const MAX_CORRECTIONS: u32 = 6;
-/// Most light paths a pixel that are tried.
+/// Maximum number of light paths a pixel to try.
 const MAX_PER_PIXEL: u64 = 4096;
 
-/// A run configuration with its light paths found.
+/// A run configuration whose light paths are known.
 struct Ready<'a> {
     task: &'a Task<'a>,
     run: RunConfig,
 }
 
 impl SweepContext<'_> {
-    /// Measures the missing tasks. Returns `false` where it was stopped.
+    /// Measures the missing tasks. Returns `false` where the run was stopped.
     ///
     /// # Errors
     ///
-    /// A frame that fails, a file that cannot be written.
+    /// If a frame fails, or a file cannot be written.
     pub fn measure_all(&self, tasks: &[Task]) -> anyhow::Result<bool> {
         let missing: Vec<&Task> =
             tasks.iter().filter(|task| !task.is_done(self.config, self.results)).collect();
@@ -57,14 +58,14 @@ impl SweepContext<'_> {
     }
 }
 
-/// Measures whatever is missing of tasks of one scene and runner. False where it was stopped.
+/// Measures everything that is missing of tasks of one scene and runner. Returns `false` where the run was stopped.
 fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> {
     let has_time = |task: &Task| {
         sweep.config.time.is_none()
             || sweep.results.read(&task.identity).is_some_and(|result| result.time.is_some())
     };
     let (timed, untimed): (Vec<&Task>, Vec<&Task>) = group.iter().partition(|task| has_time(task));
-    // Times that are known wait for their errors only.
+    // Measure the errors of tasks whose times are known.
     for task in timed {
         let Some(ready) = find_paths(sweep, task)? else { return Ok(false) };
         if !measure_error(sweep, task, &ready.run)? {
@@ -77,8 +78,8 @@ fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> 
     let mut rest = &untimed[..];
     while let Some(task) = rest.first() {
         let part = task.part;
-        // The first configuration of the scene on this runner, which ratios are held against, has a turn too, whatever
-        // process measures it.
+        // Give the first configuration of the scene on this runner a turn too: ratios refer to it, whichever process
+        // measures it.
         let first = part.runs.iter().find(|run| run.runner == task.run.runner).unwrap_or(&task.run);
         let first = Task::new(sweep.config, part, first);
         let Some(first) = find_paths(sweep, &first)? else { return Ok(false) };
@@ -110,7 +111,7 @@ fn measure_group(sweep: &SweepContext, group: &[&Task]) -> anyhow::Result<bool> 
     Ok(true)
 }
 
-/// A run configuration that took its turns.
+/// A run configuration that was timed.
 struct Timed<'a> {
     ready: Ready<'a>,
     time: TimeResult,
@@ -118,8 +119,8 @@ struct Timed<'a> {
     device: String,
 }
 
-/// Times run configurations and writes their files. Those that share a time to meet take their turns again, with corrected
-/// light paths, as long as one of them misses it.
+/// Times run configurations and writes their results. Configurations with a target time take their turns again, with
+/// corrected light paths, while one of them misses it.
 fn take_turns<'a>(
     sweep: &SweepContext,
     plan: &MeasurementPlan,
@@ -221,21 +222,21 @@ fn write(sweep: &SweepContext, timed: Timed, note: Option<String>) -> anyhow::Re
     sweep.results.write(&result)
 }
 
-/// Closest hits a second of the tracer alone, on the runner of a run configuration.
+/// Rate of the tracer alone on the runner of a run configuration (closest hits a second).
 fn tracer_rate(plan: &MeasurementPlan, scene: &Scene, run: &RunConfig) -> anyhow::Result<f64> {
     let features = run.config.features.features(scene, plan.config.specular_roughness);
     Ok(closest_hits_per_second(&run.runner, scene, scene.camera(Some(&plan.camera))?, features)?)
 }
 
-/// A time that was not met.
+/// A target time that was not met.
 struct Miss {
     /// Light paths that may meet it.
     next: Option<u32>,
-    /// What to say if it stays so.
+    /// Note for the result if the time stays unmet.
     note: String,
 }
 
-/// None where a run configuration meets its time.
+/// Returns the miss of a run configuration; none where it meets its target time.
 fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> Option<Miss> {
     let Timed { ready: Ready { task, run }, time, .. } = timed;
     let Paths::Time(target) = task.run.config.light_paths else { return None };
@@ -245,7 +246,7 @@ fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> 
     if is_met(own, goal) {
         return None;
     }
-    // What is missing of the time, at the price of a light path.
+    // Convert the missing time to light paths by their rate.
     let rate = time.light_paths_per_s.unwrap_or(0.0);
     let paths = f64::from(time.light_paths) + (goal - own) * rate / 1e3;
     let paths = paths.round().clamp(1.0, f64::from(max_paths(plan, run)));
@@ -259,14 +260,14 @@ fn miss(plan: &MeasurementPlan, timed: &Timed, first: &Ready, first_ms: f64) -> 
     Some(Miss { next: is_new.then_some(paths as u32), note })
 }
 
-/// Most light paths of a frame that are tried: the kernels count rays in 32 bits.
+/// Maximum number of light paths of a frame to try: the kernels count rays in 32 bits.
 fn max_paths(plan: &MeasurementPlan, run: &RunConfig) -> u32 {
     let pixels = u64::from(plan.config.width) * u64::from(plan.config.height);
     u64::from(u32::MAX / (run.config.max_bounces + 1)).min(pixels * MAX_PER_PIXEL) as u32
 }
 
-/// The run configuration of a task with its light paths: searched for where a time is given, but once. None where it was
-/// stopped.
+/// Returns the run configuration of a task with its light paths. Searches them once where a time is given. None where the
+/// run was stopped.
 fn find_paths<'a>(sweep: &SweepContext, task: &'a Task<'a>) -> anyhow::Result<Option<Ready<'a>>> {
     let Paths::Time(target) = task.run.config.light_paths else {
         return Ok(Some(Ready { task, run: task.run.clone() }));

@@ -1,4 +1,4 @@
-//! Values of a sweep's file, each of which knows what it may be.
+//! Values of a sweep file, each of which checks its own range.
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
@@ -11,7 +11,7 @@ pub struct NonEmpty<T>(pub Vec<T>);
 #[derive(Clone, Copy, Debug)]
 pub struct Positive(pub f64);
 
-/// A number of things, at least one.
+/// A count, at least 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Count(pub u32);
 

@@ -27,13 +27,13 @@ use super::parameters::{OneConfiguration, ParameterOptions};
 #[command(mut_arg("no_ledger", |arg| arg.hide(true)))]
 #[command(mut_arg("tev", |arg| arg.hide(true)), mut_arg("refresh", |arg| arg.hide(true)))]
 pub struct Animate {
-    /// What every command that renders has.
+    /// Options of every command that renders an image.
     #[command(flatten)]
     pub common: Common,
-    /// How to render.
+    /// Options of the parameters.
     #[command(flatten)]
     pub parameters: ParameterOptions<OneConfiguration>,
-    /// The frames, the last one left out (default: all of the scene's animations, and of the keys of --edits)
+    /// Frames from A up to, but not including, B (default: all of the scene's animations and of the keys of --edits)
     #[arg(long, value_name = "A..B", value_parser = frames)]
     pub frames: Option<Range<u32>>,
     /// Frames a second: frame k shows the time k / fps
@@ -42,7 +42,7 @@ pub struct Animate {
     /// Also write a tone-mapped PNG beside each EXR file
     #[arg(long = "png")]
     pub pngs: bool,
-    /// Also write the PNGs, and a video of them, by the program ffmpeg
+    /// Also write the PNGs, and a video of them, with the program ffmpeg
     #[arg(long)]
     pub video: bool,
 }

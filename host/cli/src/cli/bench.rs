@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use super::parameters::{ManyConfigurations, ParameterOptions};
 use super::{ImageOptions, Loading, Machine};
 
-/// Options of `bench`: a sweep of one scene, given by options.
+/// Options of `bench`, which runs a sweep of one scene.
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 #[command(before_help = "Examples:
@@ -22,43 +22,43 @@ use super::{ImageOptions, Loading, Machine};
 pub struct Bench {
     /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
     pub scene: String,
-    /// The folder to write: cells/*.json, cells.csv, passes.csv, frames.csv; what it has already is not measured again
+    /// Folder to write: cells/*.json, cells.csv, passes.csv, frames.csv; results already in it are not measured again
     #[arg(short, long)]
     pub output: Option<PathBuf>,
-    /// What to measure: time, or error against references, which are kept in CAUSTICS_CACHE; with a comma both
+    /// Quantities to measure: time, or error against references (kept in CAUSTICS_CACHE); both with a comma
     #[arg(long, value_enum, default_value = "time", value_delimiter = ',')]
     pub measure: Vec<Quantity>,
-    /// The configurations.
+    /// Options of the parameters.
     #[command(flatten)]
     pub parameters: ParameterOptions<ManyConfigurations>,
-    /// The frames: how many, or A..B with B left out. Of a still image all are timed, and the last is compared
+    /// Frames: a number, or A..B without B. All frames of a still image are timed, and the last is compared
     #[arg(long, value_name = "N|A..B", default_value = "16", value_parser = count_or_frames)]
     pub frames: Range<u32>,
-    /// Frames rendered before those that are timed, at the pose of the first
+    /// Frames rendered before the timed ones, at the pose of the first
     #[arg(long, default_value_t = 2)]
     pub warm_up: u32,
     /// Frames a second of an animation: frame k shows the time k / fps
     #[arg(long, default_value_t = 24.0)]
     pub fps: f64,
-    /// Time of the scene's animations that all frames show (s) (default: each its own)
+    /// Time of the scene's animations that all frames show (s) (default: each frame's own)
     #[arg(long, value_name = "SECONDS")]
     pub moment: Option<f64>,
     /// Independent seeds of each run configuration that is compared with references
     #[arg(long, default_value_t = 4)]
     pub seeds: u32,
-    /// Compare every frame where nothing moves too, not the last alone
+    /// Compare every frame of still scenes too, not only the last
     #[arg(long)]
     pub every_frame: bool,
     /// Frames of each reference
     #[arg(long, default_value_t = 256)]
     pub reference_frames: u32,
-    /// Where it runs.
+    /// Runner of the command.
     #[command(flatten)]
     pub machine: Machine,
-    /// What is seen.
+    /// Image and camera.
     #[command(flatten)]
     pub view: ImageOptions,
-    /// How the scene is read.
+    /// Loading of the scene.
     #[command(flatten)]
     pub loading: Loading,
     /// Print the results to stdout as JSON instead of a table
@@ -69,16 +69,16 @@ pub struct Bench {
     pub force: bool,
 }
 
-/// What is measured.
+/// Quantities to measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Quantity {
-    /// The time of frames and of their passes
+    /// Time of frames and of their passes
     Time,
-    /// How far frames are from references: FLIP, relative errors, flicker, variance
+    /// Error of frames against references: FLIP, relative errors, flicker, variance
     Error,
 }
 
-/// Two whole numbers, the first below the second.
+/// Parses A..B, two whole numbers, the first below the second.
 pub fn frames(text: &str) -> Result<Range<u32>, String> {
     let wrong = || "it must be A..B, two whole numbers, A below B".to_string();
     let (first, end) = text.split_once("..").ok_or_else(wrong)?;
@@ -86,7 +86,7 @@ pub fn frames(text: &str) -> Result<Range<u32>, String> {
     if range.is_empty() { Err(wrong()) } else { Ok(range) }
 }
 
-/// Two such numbers, or a number of frames from 0 on.
+/// Parses A..B, or a number of frames from 0 on.
 fn count_or_frames(text: &str) -> Result<Range<u32>, String> {
     match text.parse::<u32>() {
         Ok(0) => Err("give at least 1".into()),

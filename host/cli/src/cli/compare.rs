@@ -29,10 +29,10 @@ pub struct Compare {
     /// Write FLIP's error map as PNG: of the high dynamic range for EXR files, else of display colours
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
-    /// Exit with 3 if a metric is above a value or has none; may be given several times
+    /// Exit with 3 if a metric exceeds a value or has none; may be given several times
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub fail_above: Vec<Limit>,
-    /// Exposure of EXR files for flip_ldr (stops, or auto for what suits the reference)
+    /// Exposure of EXR files for flip_ldr (stops, or auto, which fits the reference)
     #[arg(long, default_value = "auto")]
     pub exposure: Exposure,
     /// Pixels per degree of visual angle for FLIP
@@ -46,12 +46,12 @@ pub struct Compare {
     pub force: bool,
 }
 
-/// A metric and the value that it must not exceed.
+/// A metric and its maximum.
 #[derive(Clone, Debug)]
 pub struct Limit {
     /// One of [`METRICS`].
     pub metric: &'static Metric,
-    /// In the metric's unit.
+    /// Maximum, in the metric's unit.
     pub value: f64,
 }
 

@@ -18,34 +18,34 @@ use super::{ImageOptions, Loading, Machine, Preset};
 pub struct Inspect {
     /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
     pub scene: String,
-    /// The pixel: column and row, from 0,0 in the upper left
+    /// Column and row of the pixel, from 0,0 in the upper left
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub pixel: Pixel,
-    /// The frame, of those that render averages with the same options; those before it are rendered too
+    /// Index of the frame, among those that render averages with the same options; earlier ones are rendered too
     #[arg(long, default_value_t = 0, value_name = "INDEX")]
     pub frame: u32,
-    /// Photons to tell, each with its light path, at most
+    /// Maximum number of photons to print, each with its light path
     #[arg(long, default_value_t = 4, value_name = "NUMBER")]
     pub photons: usize,
-    /// Where it runs.
+    /// Runner of the command.
     #[command(flatten)]
     pub machine: Machine,
-    /// What is seen.
+    /// Image and camera.
     #[command(flatten)]
     pub view: ImageOptions,
-    /// How the scene is read.
+    /// Loading of the scene.
     #[command(flatten)]
     pub loading: Loading,
-    /// Change the scene as this TOML file says: where its nodes stand, the camera, and keys by which they move
+    /// Apply the edits in this TOML file: transforms of nodes, the camera, and keyframes
     #[arg(long, value_name = "FILE")]
     pub edits: Option<PathBuf>,
-    /// Time of the scene's animations that is shown (s); before their first key and after their last they stand still
+    /// Time of the scene's animations to show (s); they stand still before their first key and after their last
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,
-    /// How to render.
+    /// Options of the parameters.
     #[command(flatten)]
     pub parameters: ParameterOptions<Averaged>,
-    /// All that no other option says [default: preview where none says how to render, else frame]
+    /// Values for options that are not given [default: preview where no option says how to render, else frame]
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
     /// Print JSON

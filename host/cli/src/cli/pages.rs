@@ -12,7 +12,7 @@ use clap_complete::Shell;
   caustics completions zsh > ~/.zfunc/_caustics
   caustics completions fish > ~/.config/fish/completions/caustics.fish")]
 pub struct Completions {
-    /// Which shell
+    /// Shell
     pub shell: Shell,
 }
 
@@ -21,7 +21,7 @@ pub struct Completions {
 #[command(before_help = "Example:
   caustics man ~/.local/share/man/man1")]
 pub struct Man {
-    /// Folder that gets caustics.1, caustics-render.1 and so on
+    /// Folder to write: caustics.1, caustics-render.1 and so on
     pub folder: PathBuf,
     /// Overwrite existing files
     #[arg(long)]

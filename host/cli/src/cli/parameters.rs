@@ -1,4 +1,4 @@
-//! Options of the parameters of an experiment, made of their rows.
+//! Options of the parameters of an experiment, generated from their entries.
 
 use std::marker::PhantomData;
 
@@ -15,16 +15,16 @@ use super::Usage;
 
 /// A command with options of parameters.
 pub trait CommandParameters {
-    /// Whether its options take lists, with commas between.
+    /// Whether its options take comma-separated lists.
     const LISTS: bool;
-    /// The keys that it has.
+    /// Whether the command has an option for a key.
     fn has(key: &str) -> bool;
 }
 
 /// A command that renders one configuration.
 #[derive(Debug)]
 pub enum OneConfiguration {}
-/// The same for images that are averaged, which no history can help.
+/// A command that averages frames of one configuration, for which histories do not help.
 #[derive(Debug)]
 pub enum Averaged {}
 /// A command that path traces.
@@ -62,14 +62,14 @@ impl CommandParameters for ManyConfigurations {
     }
 }
 
-/// The values that were given, by key.
+/// Values given on the command line, by key.
 #[derive(Clone, Debug)]
 pub struct ParameterOptions<C> {
     given: Vec<(&'static str, &'static Parameter, Vec<String>)>,
     command: PhantomData<C>,
 }
 
-/// Keys of the command's options, and what they are.
+/// Keys of the command's options, with descriptions.
 fn keys<C: CommandParameters>() -> impl Iterator<Item = (&'static str, &'static str, &'static Parameter)> {
     parameter::keys().filter(|(key, ..)| C::has(key))
 }
@@ -108,7 +108,7 @@ fn option<C: CommandParameters>(key: &'static str, description: &str, parameter:
     let arg =
         Arg::new(key).long(key.replace('_', "-")).help(help).value_parser(parser).action(ArgAction::Append);
     let arg = if C::LISTS { arg.value_delimiter(',') } else { arg.action(ArgAction::Set) };
-    // Of several keys of a parameter one is given.
+    // Keys of one parameter exclude each other.
     let others =
         keys::<C>().filter(|(other, _, other_parameter)| *other_parameter == parameter && *other != key);
     arg.conflicts_with_all(others.map(|(other, ..)| other).collect::<Vec<_>>())
@@ -139,13 +139,13 @@ impl<C: CommandParameters> ParameterOptions<C> {
         self.given.iter().any(|(_, parameter, _)| ![&RUNNER, &FEATURES, &MAX_BOUNCES].contains(parameter))
     }
 
-    /// The one configuration, its runner still by its name. What its method has no use for is refused: names but the
-    /// one that stands for none, and `auto` where it is not usual.
+    /// Returns the run configuration; its runner is still a name. Refuses given values that do not apply to its method,
+    /// unless they are neutral or numbers.
     pub fn run_config(&self) -> Result<RunConfig, Usage> {
         self.run_config_with(&[])
     }
 
-    /// The same with other values where none was given.
+    /// Returns the run configuration, with other defaults for some parameters.
     pub fn run_config_with(&self, default: &[(&Parameter, &str)]) -> Result<RunConfig, Usage> {
         let mut run_config = RunConfig::new(&BASIC);
         let values = PARAMETERS
@@ -177,7 +177,7 @@ impl<C: CommandParameters> ParameterOptions<C> {
         Ok(run_config.effective())
     }
 
-    /// All configurations, as the `[[matrix]]` of a sweep.
+    /// Returns all configurations, as the `[[matrix]]` of a sweep.
     pub fn table(&self) -> Result<MatrixTable, Usage> {
         let mut table = MatrixTable::default();
         for (key, _, values) in &self.given {

@@ -5,29 +5,29 @@ use caustics_kernels::interface::choice::Sampler;
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use clap::ValueEnum;
 
-/// A choice of all that nobody gives.
+/// Values for options that are not given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Preset {
     /// One raw frame, as a real-time renderer would show it: one path a pixel
     Frame,
     /// A clean image in seconds: the mean of a few frames of progressive photon mapping
     Preview,
-    /// A converged image: until the estimated relative error falls below 1e-3, 1024 frames at most
+    /// A converged image: until the estimated relative error falls below 1e-3, at most 1024 frames
     Final,
 }
 
 impl Preset {
-    /// Values of parameters that it brings.
+    /// Values of parameters that it sets.
     pub fn values(self) -> Vec<(&'static Parameter, &'static str)> {
         match self {
-            // The noise of one frame is for the eye to even out.
+            // Blue noise is the least visible in a single frame.
             Preset::Frame => vec![(&SAMPLER, Sampler::Blue.name())],
             Preset::Preview => vec![(&METHOD, PROGRESSIVE.name), (&RADIUS_PX, AUTO)],
             Preset::Final => vec![(&METHOD, PROGRESSIVE.name)],
         }
     }
 
-    /// Frames that it averages, at most.
+    /// Maximum number of frames to average.
     pub fn frames(self) -> u32 {
         match self {
             Preset::Frame => 1,
@@ -36,7 +36,7 @@ impl Preset {
         }
     }
 
-    /// The estimated relative mean square error at which it stops.
+    /// Estimated relative mean square error at which the run stops.
     pub fn relative_error(self) -> Option<f64> {
         (self == Preset::Final).then_some(1e-3)
     }

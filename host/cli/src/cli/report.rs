@@ -10,19 +10,19 @@ use clap::Args;
   caustics report results -o report.html
   caustics report results/rooms results/animations -o report.html --title 'Histories' --images 4 --force")]
 pub struct ReportOptions {
-    /// Folders of results, as `sweep` and `bench` write them (cells/*.json in each)
+    /// Folders of results, as written by `sweep` and `bench` (cells/*.json in each)
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
-    /// Results from before: a table shows what differs of each run configuration, and whether by more than noise
+    /// Earlier results: a table shows how each run configuration differs from them, and whether by more than noise
     #[arg(long, value_name = "DIR")]
     pub baseline: Vec<PathBuf>,
-    /// The HTML file to write; SVG and CSV files of its figures go into a folder beside it (report_files)
+    /// HTML file to write; SVG and CSV files of its figures go into a folder beside it (report_files)
     #[arg(short, long)]
     pub output: PathBuf,
     /// Title of the page
     #[arg(long, default_value = "Speed against accuracy")]
     pub title: String,
-    /// Images of each scene, at most: one of each method, gather, history and filter
+    /// Maximum number of images of each scene: one of each method, gather, history and filter
     #[arg(long, default_value_t = 12)]
     pub images: usize,
     /// Overwrite existing files

@@ -10,15 +10,15 @@ use clap::Args;
   caustics scene survey path/to/models
   caustics scene survey path/to/models --render --json > survey.json")]
 pub struct Survey {
-    /// The folder; files are looked for in those below it too
+    /// Folder to search, subfolders included
     pub folder: PathBuf,
     /// Also render each file, 32 by 18 px on the CPU; values that are not finite and a black image are failures
     #[arg(long)]
     pub render: bool,
-    /// Time that a file may take to load, and again to render (s)
+    /// Maximum time to load a file, and again to render it (s)
     #[arg(long, default_value_t = 60.0)]
     pub time_limit: f64,
-    /// End with exit code 1 if a file fails
+    /// Exit with 1 if a file fails
     #[arg(long)]
     pub fail: bool,
     /// Print JSON

@@ -15,19 +15,19 @@ use super::Sharding;
   caustics sweep --merge part-1 part-2 -o whole")]
 #[command(mut_arg("shard", |arg| arg.help("Do one of n parts [default: the task of a Slurm array, else all]")))]
 pub struct SweepOptions {
-    /// The file that says what to measure
+    /// Sweep file: what to measure
     #[arg(required_unless_present = "merge", value_name = "EXPERIMENT.toml")]
     pub experiment: Option<PathBuf>,
-    /// The folder to write: cells/*.json with images, and cells.csv; what it has already is not measured again
+    /// Folder to write: cells/*.json with images, and cells.csv; results already in it are not measured again
     #[arg(short, long, required_unless_present = "dry_run")]
     pub output: Option<PathBuf>,
-    /// Print the run configurations, which of them are done and how many references it takes; measure nothing
+    /// Print the run configurations, which of them are done, and the number of references; measure nothing
     #[arg(long)]
     pub dry_run: bool,
-    /// Which part is measured.
+    /// Part to measure.
     #[command(flatten)]
     pub sharding: Sharding,
-    /// Join the results of these folders instead of measuring
+    /// Merge the results of these folders instead of measuring
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["experiment", "dry_run", "shard", "shards", "force"])]
     pub merge: Vec<PathBuf>,
     /// Vulkan device, by index or part of its name (default: the best)
@@ -36,7 +36,7 @@ pub struct SweepOptions {
     /// Threads of the CPU runner; 0 takes every core
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// Measure everything anew
+    /// Measure everything again
     #[arg(long)]
     pub force: bool,
 }

@@ -18,31 +18,31 @@ use super::{ImageOptions, Loading, Machine, ParameterOptions};
 pub struct Viewer {
     /// A .gltf or .glb file, a folder with a scene.gltf, or the name of a folder in scenes/
     pub scene: String,
-    /// Port of the page; 0 takes any that is free
+    /// Port of the page; 0 takes any free port
     #[arg(long, default_value_t = 8317)]
     pub port: u16,
-    /// Address to serve at; any but a loopback address lets others in your network reach the page, who then need its token
+    /// Address to serve at; at any but a loopback address, others in the network can reach the page, if they know its token
     #[arg(long, default_value = "127.0.0.1")]
     pub bind: IpAddr,
-    /// Frames a second to hold while something moves, by smaller frames
+    /// Frames a second to hold while something moves; frames get smaller if necessary
     #[arg(long, default_value_t = 10.0)]
     pub target_fps: f64,
-    /// Time of the scene's animations that is shown first (s)
+    /// Time of the scene's animations to show first (s)
     #[arg(long, default_value_t = 0.0)]
     pub time: f64,
-    /// Begin with the edits of this file, which `render --edits` takes too
+    /// Start with the edits in this file, which `render --edits` takes too
     #[arg(long, value_name = "FILE")]
     pub edits: Option<PathBuf>,
-    /// Where it runs.
+    /// Runner of the command.
     #[command(flatten)]
     pub machine: Machine,
-    /// What is seen.
+    /// Image and camera.
     #[command(flatten)]
     pub view: ImageOptions,
-    /// How the scene is read.
+    /// Loading of the scene.
     #[command(flatten)]
     pub loading: Loading,
-    /// How to render.
+    /// Options of the parameters.
     #[command(flatten)]
     pub parameters: ParameterOptions<OneConfiguration>,
 }

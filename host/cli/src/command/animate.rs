@@ -1,4 +1,4 @@
-//! `caustics animate`: the frames of an animation, a file each.
+//! `caustics animate`: the frames of an animation, one file each.
 
 use std::process::ExitCode;
 
@@ -32,7 +32,7 @@ mod run;
 mod state;
 mod video;
 
-/// Renders the frames that are missing. 130 after Ctrl-C, with the frames that were done written.
+/// Renders the missing frames. Returns exit code 130 after Ctrl-C; finished frames are written.
 pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     let common = &options.common;
     let mut plan = AnimationPlan::new(options)?;
@@ -71,7 +71,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     );
     let folder = plan.pattern.folder();
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    // What a history keeps has one name for all runs of a part.
+    // All runs of a part share one state file.
     let _lock = FileLock::take(&plan.state())?;
     let shared = pose_independent(&scene, &name, &plan.config, gather, &choice, &session);
     let identity = plan.identity(shared);
@@ -123,7 +123,7 @@ pub fn run(options: &Animate) -> anyhow::Result<ExitCode> {
     Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
 }
 
-/// Prints what was done.
+/// Prints a summary of the run.
 fn print_summary(run: &Run, missing: &[u32], records: &[RenderedFrame], frame_ms: f64, done: bool) {
     let name = run.plan.pattern.frame(run.plan.frames.start, "exr");
     let all = run.plan.frames.len();

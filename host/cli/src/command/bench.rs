@@ -1,4 +1,4 @@
-//! `caustics bench`: a sweep of one scene, given by options, whose results are printed too.
+//! `caustics bench`: a sweep of one scene, given by options, that also prints its results.
 
 use std::process::ExitCode;
 
@@ -17,7 +17,7 @@ use super::options::{camera, check_environment, check_fps, check_size, color, de
 use super::sweep::{check_tables, expand, forget, measure, tasks, write_tables};
 use crate::cli::{Bench, Quantity, Usage};
 
-/// Measures, writes and prints. 130 after Ctrl-C, with the run configurations that were done.
+/// Measures, writes and prints. Returns exit code 130 after Ctrl-C; finished run configurations are kept.
 pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
     let config = config(options)?;
     let folder = options.output.as_deref();
@@ -46,7 +46,7 @@ pub fn run(options: &Bench) -> anyhow::Result<ExitCode> {
     Ok(if is_done { ExitCode::SUCCESS } else { ExitCode::from(130) })
 }
 
-/// The options as the file of a sweep.
+/// Returns the options as a sweep file.
 fn config(options: &Bench) -> anyhow::Result<SweepConfig> {
     let Bench { view, frames, .. } = options;
     let measures = |quantity| options.measure.contains(&quantity);

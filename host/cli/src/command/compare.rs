@@ -17,12 +17,12 @@ use super::console::print;
 use super::options::{check_ending, same_file};
 use crate::cli::{Compare, Limit, Usage};
 
-/// Memory that the metrics of a pixel take at once (bytes). Measured as the growth of the peak: 236.
+/// Memory of the metrics for each pixel (bytes). The measured growth of the peak is 236.
 const PIXEL_BYTES: u64 = 240;
-/// Memory of a pixel of each file (bytes): its mean and its variance, in f64. Measured the same way: 27.
+/// Memory of a pixel of each file (bytes): its mean and variance, in f64. The measured growth of the peak is 27.
 const FILE_BYTES: u64 = 48;
 
-/// Measures and reports. 3 if a metric is above its limit or has no value.
+/// Measures and reports. Returns exit code 3 if a metric is above its limit or has no value.
 pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
     let map = check(options)?;
     let (reference, images) = options.files.split_last().ok_or_else(|| Usage("no files".into()))?;
@@ -34,7 +34,7 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
         .map_err(|short| anyhow!("{width}x{height} px would take {short}; compare a --region of them"))?;
     let mut estimates = vec![frame.layer(reference, &image)?];
     drop(image);
-    // One file at a time: runs may be many.
+    // Read one file at a time, since there may be many.
     for (index, path) in images.iter().enumerate() {
         estimates.insert(index, frame.layer(path, &Channels::read(path)?)?);
     }
@@ -76,7 +76,7 @@ pub fn run(options: &Compare) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::from(if failed.is_empty() { 0 } else { 3 }))
 }
 
-/// Checks what no type can, and claims the map's file.
+/// Checks the options, and claims the map's file.
 fn check(options: &Compare) -> anyhow::Result<Option<Target>> {
     if !(1.0..=1000.0).contains(&options.pixels_per_degree) {
         let value = options.pixels_per_degree;
@@ -95,7 +95,7 @@ fn check(options: &Compare) -> anyhow::Result<Option<Target>> {
     Ok(Some(Target::claim(map, options.force)?))
 }
 
-/// What all images must have in common with the reference, and what of them is compared.
+/// Properties that all images share with the reference, and the compared part of them.
 struct Frame<'a> {
     reference: &'a Path,
     size: (usize, usize),
@@ -119,7 +119,7 @@ impl<'a> Frame<'a> {
         Ok(Frame { reference, size, encoding, layer: &options.layer, region })
     }
 
-    /// The layer of a file, with its variance if it has one.
+    /// Returns the layer of a file, with its variance if it has one.
     fn layer(&self, path: &Path, image: &Channels) -> Result<Estimate, Usage> {
         let (file, reference) = (path.display(), self.reference.display());
         let (width, height) = (image.width, image.height);
@@ -143,7 +143,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// What is above its limit or has no value, in words.
+/// Messages on the metrics that are above their limit or have no value.
 fn failed(options: &Compare, report: &MetricReport) -> Vec<String> {
     let check = |limit: &Limit| match report.get(limit.metric.name) {
         Ok(value) => above(limit.metric.name, limit.metric.limited(value), limit.value),
@@ -156,7 +156,7 @@ fn above(metric: &str, value: f64, limit: f64) -> Option<String> {
     (value > limit).then(|| format!("{metric} is {value:.6}, above {limit}"))
 }
 
-/// The metrics for a person.
+/// Table of the metrics for the user.
 fn table(report: &MetricReport) -> String {
     let line = |(Metric { name, unit, .. }, value): &(&'static Metric, MetricValue)| match value {
         Ok(value) if (1e-4..1e7).contains(&value.abs()) || *value == 0.0 => {

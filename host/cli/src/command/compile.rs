@@ -1,5 +1,5 @@
-//! `caustics device --compile`: every entry point through a device's compiler, a process each, so that a compiler that
-//! crashes names its entry point and the others are still compiled.
+//! `caustics device --compile`: compiles every entry point for a device, each in its own process. A compiler that crashes
+//! names its entry point, and the others are still compiled.
 
 mod figures;
 mod one;
@@ -23,10 +23,10 @@ use figures::Figures;
 use one::Compiled;
 use report::{CompileJob, CompileReport, EntryPointRecord};
 
-/// Roughness up to which reflections are specular, as `render` has it by default.
+/// Maximum roughness of a specular reflection, the default of `render`.
 const SPECULAR_ROUGHNESS: f32 = 0.25;
 
-/// Compiles and prints; exit code 1 if anything failed.
+/// Compiles and prints. Returns exit code 1 if anything failed.
 pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
     let modules = Source::from_environment().unchecked()?;
     if let Some(one) = &options.one {
@@ -49,7 +49,7 @@ pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::from(u8::from(failed > 0)))
 }
 
-/// The modules that the device takes.
+/// Returns the modules that the device supports.
 fn suitable<'a>(device: &DeviceInfo, modules: &'a Modules) -> Vec<(&'static str, &'a [u32])> {
     let mut suitable = vec![("base.spv", &modules.base[..])];
     if device.ray_queries {
@@ -59,11 +59,11 @@ fn suitable<'a>(device: &DeviceInfo, modules: &'a Modules) -> Vec<(&'static str,
 }
 
 fn hash(words: &[u32]) -> String {
-    // `kernels.lock` hashes a byte 0xff behind the module.
+    // `kernels.lock` appends a byte 0xff to the module before hashing.
     fnv1a(words.iter().flat_map(|word| word.to_le_bytes()).chain([0xff]))
 }
 
-/// Names and bits of the code that is compiled in.
+/// Names and bits of the features to compile in.
 fn features(names: &[String]) -> anyhow::Result<Vec<(String, Features)>> {
     let one = |name: &String| {
         let features = match name.as_str() {
@@ -76,7 +76,7 @@ fn features(names: &[String]) -> anyhow::Result<Vec<(String, Features)>> {
     names.iter().map(one).collect()
 }
 
-/// Every entry point for all needs, or those that are asked for.
+/// Every entry point for all needs, or those that the options name.
 fn jobs(
     modules: &[(&'static str, &[u32])],
     features: &[(String, Features)],
@@ -106,12 +106,12 @@ fn jobs(
     Ok(all.collect())
 }
 
-/// Compiles an entry point in a process of its own, which is this program or one that does as it does.
+/// Compiles an entry point in a process of `program`, which is this program or a substitute of the tests.
 fn compile(program: &Path, device: usize, job: CompileJob) -> EntryPointRecord {
     let one = format!("{}/{}/{}", job.module, job.entry, job.feature_bits);
     let output = Command::new(program)
         .args(["device", "--compile", "--device", &device.to_string(), "--one", &one])
-        // Mesa's and NVIDIA's own caches on disk.
+        // Disable the disk caches of Mesa and NVIDIA.
         .env("MESA_SHADER_CACHE_DISABLE", "true")
         .env("__GL_SHADER_DISK_CACHE", "0")
         .output();
@@ -127,12 +127,12 @@ fn compile(program: &Path, device: usize, job: CompileJob) -> EntryPointRecord {
     EntryPointRecord { job, figures, compiled, error }
 }
 
-/// What a process left: its last line of output, or the reason why there is none.
+/// Returns the result of a process from its last line of output, or the reason why there is none.
 fn outcome(status: ExitStatus, stdout: &[u8], stderr: &[u8]) -> Result<Compiled, String> {
     let stderr = String::from_utf8_lossy(stderr);
     let last = stderr.lines().rfind(|line| !line.trim().is_empty()).unwrap_or_default();
     if status.code().is_none() {
-        // Nobody but the driver ends a process that only compiles.
+        // Only the driver ends a process that only compiles.
         let last_line = if last.is_empty() { String::new() } else { format!("; it said: {last}") };
         return Err(format!("the driver's compiler crashed ({status}){last_line}"));
     }
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::PermissionsExt;
 
-    /// A program that takes the place of this one: a script, given what `--one` names.
+    /// A script that replaces this program; it gets the arguments of `--one`.
     fn script(folder: &Path, body: &str) -> std::path::PathBuf {
         let path = folder.join("fake");
         std::fs::write(&path, format!("#!/bin/sh\none=$6\n{body}\n")).unwrap();

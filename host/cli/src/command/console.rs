@@ -7,10 +7,11 @@ use std::io::Write;
 
 use caustics::text::{cut, printable};
 
-/// Characters of a message at most: a few lines.
+/// Maximum length of a message (characters), a few lines.
 const MAX_CHARS: usize = 1200;
 
-/// Writes a line to stdout; a reader that has seen enough is no failure. What is no JSON must be cut before.
+/// Writes a line to stdout. A reader that has closed the stream is not an error. The caller cuts long texts other than
+/// JSON.
 pub fn print(line: impl Display) -> std::io::Result<()> {
     match writeln!(std::io::stdout(), "{}", printable(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
@@ -21,11 +22,11 @@ pub fn print(line: impl Display) -> std::io::Result<()> {
 /// Writes a message to stderr, see `message!`.
 pub fn print_message(message: Arguments<'_>) {
     let message = printable(&cut(&message.to_string(), MAX_CHARS));
-    // Nobody may be there to read it; that is no reason to stop.
+    // Ignore a closed stderr: it is no reason to stop.
     let _ = writeln!(std::io::stderr(), "{message}");
 }
 
-/// Returns an error with its causes, those left out that its text contains already.
+/// Returns an error with its causes, without those that its text already contains.
 pub fn error_chain(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |chain, cause| match cause.to_string() {
         cause if chain.is_empty() => cause,
@@ -34,7 +35,7 @@ pub fn error_chain(error: &anyhow::Error) -> String {
     })
 }
 
-/// A bar with the time left, on a terminal only.
+/// Returns a progress bar with the time left; it is visible on a terminal only.
 pub fn bar() -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();

@@ -8,7 +8,7 @@ use super::compile;
 use super::console::print;
 use crate::cli;
 
-/// Lists devices; without any, says why and exits with 4.
+/// Lists devices. Without a device, says why and returns exit code 4.
 pub fn run(options: &cli::Device) -> anyhow::Result<ExitCode> {
     if options.compile {
         return compile::run(options);

@@ -1,4 +1,4 @@
-//! What a run is: by this a checkpoint knows its run, and `merge` its view.
+//! Identity of a run, by which a checkpoint recognises its run and `merge` its view.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +10,7 @@ use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 
-/// All that decides the bits of the run.
+/// Returns everything that decides the bits of the run.
 pub fn identity(
     scene: &Scene,
     camera: &str,
@@ -25,7 +25,7 @@ pub fn identity(
     identity
 }
 
-/// What is the same at every pose.
+/// Returns the part of the identity that is the same at every pose.
 pub fn pose_independent(
     scene: &Scene,
     camera: &str,
@@ -51,7 +51,7 @@ pub fn pose_independent(
     config.run_identity().into_iter().chain(own).chain(additions).collect()
 }
 
-/// What the EXR file of a run says of it, but for what only its end tells.
+/// Attributes of a run's EXR file, except those known only at its end.
 pub fn attributes(identity: Identity, file: &Path, session: &Session) -> BTreeMap<String, String> {
     let mut attributes = identity;
     attributes.extend([
@@ -62,10 +62,10 @@ pub fn attributes(identity: Identity, file: &Path, session: &Session) -> BTreeMa
     attributes
 }
 
-/// Adds how many frames and seconds it took.
+/// Adds the number of frames and the seconds that the run took.
 pub fn end(attributes: &mut BTreeMap<String, String>, frames: u32, seconds: f64) {
     attributes.insert("frames".into(), frames.to_string());
-    // Set by who wants equal files of equal runs (reproducible-builds.org).
+    // Users set this variable to get equal files of equal runs (reproducible-builds.org).
     if std::env::var_os("SOURCE_DATE_EPOCH").is_none() {
         attributes.insert("seconds".into(), seconds.to_string());
     }

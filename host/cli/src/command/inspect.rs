@@ -1,4 +1,4 @@
-//! `caustics inspect`: what light transport did at a pixel.
+//! `caustics inspect`: light transport at a pixel.
 
 use std::process::ExitCode;
 
@@ -18,7 +18,7 @@ use crate::cli::{Inspect, Usage};
 
 mod table;
 
-/// What is printed as JSON.
+/// JSON output.
 #[derive(Serialize)]
 struct Output<'a> {
     scene: &'a str,
@@ -38,7 +38,7 @@ struct Output<'a> {
     inspection: &'a Inspection,
 }
 
-/// Renders the frame, and those before it, and tells what happened at the pixel.
+/// Renders the frame and those before it, and prints the light transport of the pixel.
 pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     let Inspect { pixel, frame, view, time, .. } = options;
     let (run_config, preset) = configuration(&options.parameters, options.preset, *frame > 0)?;

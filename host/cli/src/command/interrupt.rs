@@ -1,4 +1,5 @@
-//! Ctrl-C: ends after the frame at hand; what is done is saved, and a part of a file never stays. A second one ends at once.
+//! Ctrl-C: the run ends after the current frame, saves its results, and leaves no partial file. A second Ctrl-C ends it at
+//! once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,20 +9,20 @@ use std::time::Duration;
 use anyhow::Context;
 use caustics::threads;
 
-/// Catches Ctrl-C from now on; says whether it came. Once in a process.
+/// Catches Ctrl-C from now on; the returned function tells whether it came. Can be called once in a process.
 pub fn watch() -> anyhow::Result<impl Fn() -> bool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     let handler = move || {
         if flag.swap(true, Ordering::SeqCst) {
-            // Nothing is saved: who asks twice wants the machine back. Outputs are in their place or not there at all.
+            // A second Ctrl-C saves nothing. Outputs are either complete or absent.
             std::process::exit(130);
         }
         message!("interrupted: ends after the frame at hand; once more ends at once");
     };
     match threads::check(1) {
         Ok(()) => ctrlc::set_handler(handler).context("cannot catch Ctrl-C")?,
-        // A thread waits for it.
+        // Catching signals takes a thread.
         Err(_) => {
             message!(
                 "warning: Ctrl-C ends at once and saves nothing, for want of a thread that waits for it"
@@ -31,11 +32,11 @@ pub fn watch() -> anyhow::Result<impl Fn() -> bool> {
     Ok(move || interrupted.load(Ordering::SeqCst))
 }
 
-/// Longest wait for what is at hand when a program is told to end that has nothing to save.
+/// Maximum time that a program with nothing to save may take to end.
 const MAX_WAIT: Duration = Duration::from_secs(2);
 
-/// Calls `end` on Ctrl-C or SIGTERM. A process that has not ended then by itself ends after a moment, and at once when it is told a
-/// second time. Once in a process.
+/// Calls `end` on Ctrl-C or SIGTERM. A process that does not end by itself is ended after `MAX_WAIT`, or at once by a
+/// second signal. Can be called once in a process.
 pub fn end_on_signal(end: impl Fn() + Send + 'static) -> anyhow::Result<()> {
     let was_signalled = AtomicBool::new(false);
     let handler = move || {
@@ -47,7 +48,7 @@ pub fn end_on_signal(end: impl Fn() + Send + 'static) -> anyhow::Result<()> {
             std::process::exit(0);
         });
         if waits.is_err() {
-            // There are as many threads as there may be.
+            // The limit of threads is reached.
             std::process::exit(0);
         }
         end();
@@ -64,7 +65,7 @@ mod tests {
 
     use super::*;
 
-    /// Set in the process that hangs.
+    /// Variable that is set in the process that hangs.
     const HANGS: &str = "CAUSTICS_TEST_HANGS";
     const NAME: &str = "command::interrupt::tests::a_process_that_hangs_ends_when_it_is_told";
 

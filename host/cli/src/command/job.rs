@@ -1,4 +1,4 @@
-//! A run of frames: open, render until a stop is reached, keep checkpoints, write, report.
+//! A run of frames: opens the session, renders until a stop is reached, keeps checkpoints, writes and reports.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -37,20 +37,20 @@ use crate::cli::{Common, Usage};
 
 /// A run of frames of one view.
 pub struct Job {
-    /// Options that every command has.
+    /// Options common to all commands.
     pub common: Common,
-    /// How to render, and the image.
+    /// Settings of frames and image.
     pub config: RenderConfig,
-    /// The runner that was asked for, by its name.
+    /// Name of the runner that the user asked for.
     pub runner: &'static str,
-    /// The moment of the animation that is shown (s).
+    /// Time of the animations to show (s).
     pub time: f64,
-    /// When to stop.
+    /// Condition that ends the run.
     pub stop: Stop,
 }
 
 impl Job {
-    /// Renders, writes, reports. 130 after Ctrl-C, with what was done written.
+    /// Renders, writes and reports. Returns exit code 130 after Ctrl-C; finished frames are written.
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let Job { common: options, config, runner, time, stop } = self;
         let method = config.method;
@@ -75,13 +75,13 @@ impl Job {
         for path in [&checkpoint, &lock::path_of(output)] {
             check_scene_files(&scene_files, "-o", path)?;
         }
-        // Its checkpoint has one name for all runs.
+        // All runs with this output share its checkpoint.
         let _lock = FileLock::take(output)?;
         let target = if part.is_some() { None } else { Some(Target::claim(output, force)?) };
         let mut png_target = options.png.as_ref().map(|path| Target::claim(path, force)).transpose()?;
         let mut live = Live::new(&options)?;
         if let Some(path) = options.png.as_ref().filter(|_| live.has_png()) {
-            // What is there then is the image so far.
+            // From now on, the PNG shows the image so far.
             png_target = Some(Target::claim(path, true)?);
         }
         if part.is_none() && checkpoint.exists() && !force {
@@ -100,7 +100,7 @@ impl Job {
             None => (0, stop),
         };
         let features = config.features(&scene);
-        // Only who asks for figures pays for the energy ledger.
+        // The energy ledger costs time, so only the JSON output turns it on.
         let has_ledger = options.json && !options.no_ledger;
         let features = if has_ledger { features | Features::LEDGER } else { features };
         let Opened { mut session, choice, gather, reason } =
@@ -109,7 +109,7 @@ impl Job {
         let identity = identity(&scene, &camera.name, &config, gather, &choice, &session);
         let triangles = scene.triangles.len();
         if !options.json {
-            // Nothing but the tracer's rate asks the tables again.
+            // Only the measurement of the tracer's rate reads the tables again.
             scene.leave_tables();
         }
         let (width, height) = (config.width as usize, config.height as usize);
@@ -119,7 +119,7 @@ impl Job {
         about.extend(layer_attributes(&options.aov, &scene));
         let identity = part.as_ref().map_or(identity.clone(), |part| part.identity(&identity));
         let kept = Kept { path: checkpoint, identity, about };
-        // A shard goes on unasked, as the frames of an animation do.
+        // A shard resumes without --resume, as the frames of an animation do.
         let resumes = if part.is_some() { kept.path.exists() && !options.force } else { options.resume };
         let Checkpoint { mut sums, spent: before, state, .. } = match resumes {
             true => checkpoint::load(&kept.path, &kept.identity, shape)?,
@@ -162,11 +162,11 @@ impl Job {
         for warning in report.counters.warnings() {
             message!("warning: {warning}");
         }
-        // Also of a run that is done, if it was long: nothing that fails from here on must cost it.
+        // Save a long finished run too, before anything that may fail.
         let is_long = report.wall >= every && saved_frames != sums.frames();
         if !done || is_long || part.is_some() {
             let saved = kept.save(&mut sums, before + report.wall, &mut session);
-            // They are all that a shard leaves.
+            // The checkpoint is the only result of a shard.
             if part.is_some() { saved? } else { checkpoint_writer.keep(saved) }
         }
         if !done {
@@ -183,7 +183,7 @@ impl Job {
         let seconds = (before + report.wall).as_secs_f64();
         let (device, frames, relative_error) = (session.device(), sums.frames(), sums.relative_error());
         let variance = sums.variance().map(|variance| (variance, frames));
-        // What follows takes memory of its own.
+        // Free memory for the steps that follow.
         drop(sums);
         let stops = options.view.exposure.stops_for(&image);
         let colors = match &png_target {
@@ -198,7 +198,7 @@ impl Job {
         if options.json {
             rates.insert("closest_hits_per_s", closest_hits_per_second(&choice, &scene, &camera, features)?);
         }
-        // All that can fail comes before the first file is in its place.
+        // Do everything that can fail before the first file is in its place.
         let exr = match target {
             Some(target) => {
                 let mut attributes = kept.about;
@@ -258,7 +258,7 @@ fn damaged(path: &Path, error: SessionError) -> anyhow::Error {
     }
 }
 
-/// Where a run is kept, to go on from or to be merged, and what is said of it there.
+/// Checkpoint of a run, to resume from or to merge: its path, identity and attributes.
 struct Kept {
     path: PathBuf,
     identity: Identity,
@@ -266,10 +266,10 @@ struct Kept {
 }
 
 impl Kept {
-    /// Writes the sums so far, with what the last frame leaves to the next.
+    /// Writes the sums so far, with the state that the last frame passes to the next.
     fn save(&self, sums: &mut Accumulation, spent: Duration, session: &mut Session) -> anyhow::Result<()> {
         let state = session.state()?.into_iter().map(|(name, bytes)| (name.to_string(), bytes)).collect();
-        // Lent: there may not be room for them twice.
+        // Move the sums into the checkpoint and back: memory may not hold them twice.
         let about = self.about.clone();
         let checkpoint = Checkpoint { sums: std::mem::take(sums), spent, about, state };
         let saved = checkpoint::save(&self.path, &self.identity, &checkpoint);

@@ -1,4 +1,4 @@
-//! An image while it converges: in the PNG, and in the viewer tev (https://github.com/Tom94/tev).
+//! Shows an image while it converges: in the PNG, and in the viewer tev (https://github.com/Tom94/tev).
 
 use std::net::{TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -16,14 +16,14 @@ use super::checkpoint_writer::CheckpointWriter;
 use super::options::duration;
 use crate::cli::{Common, Usage};
 
-/// Time between the images that tev is sent, where nobody says.
+/// Default time between images sent to tev.
 const DEFAULT_INTERVAL: Duration = Duration::from_secs(2);
-/// Longest time that is waited for tev.
+/// Maximum wait for tev.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The channels that it is sent.
+/// Channels sent to tev.
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
-/// Where an image is shown while it converges. What fails there is told once, and the run goes on.
+/// Destinations of an image that converges. A failure there is reported once, and the run continues.
 pub struct Live {
     every: Duration,
     last: Option<Instant>,
@@ -33,7 +33,7 @@ pub struct Live {
 }
 
 impl Live {
-    /// As the options say; connects to tev.
+    /// Opens the destinations that the options name, and connects to tev.
     pub fn new(options: &Common) -> anyhow::Result<Live> {
         let refresh = options.refresh.map(|seconds| duration("--refresh", seconds)).transpose()?;
         if refresh.is_some() && options.png.is_none() && options.tev.is_none() {
@@ -54,7 +54,7 @@ impl Live {
         self.png.is_some()
     }
 
-    /// Shows an image so far, if it is time to.
+    /// Shows the image so far, if the interval has passed.
     pub fn show(&mut self, image: impl FnOnce() -> RenderedImage) {
         let is_new = self.last.is_none_or(|last| last.elapsed() >= self.every);
         if !is_new || (self.png.is_none() && self.viewer.is_none()) {
@@ -68,7 +68,7 @@ impl Live {
         self.last = Some(Instant::now());
     }
 
-    /// Sends an image to tev, if that is there.
+    /// Sends an image to tev, if it is connected.
     pub fn send(&mut self, image: &RenderedImage) {
         if let Some(viewer) = &mut self.viewer
             && let Err(error) = viewer.send(image)
@@ -79,7 +79,7 @@ impl Live {
     }
 }
 
-/// Writes the PNG of an image so far in the place of the one before. Its colours are those of the device to a step or so.
+/// Overwrites the PNG with the image so far. Its colours are the device's, up to about one step.
 fn write(path: &Path, image: &RenderedImage, exposure: Exposure) -> anyhow::Result<()> {
     let scale = exposure.stops_for(image).exp2() as f32;
     let colors: Vec<_> = image.beauty().into_iter().map(|color| tone_mapped(color, scale)).collect();
@@ -87,7 +87,7 @@ fn write(path: &Path, image: &RenderedImage, exposure: Exposure) -> anyhow::Resu
     Ok(Target::claim(path, true)?.finish(&bytes)?)
 }
 
-/// tev, and the image that it shows.
+/// The viewer tev and the name of the image that it shows.
 struct Viewer {
     client: TevClient,
     name: String,
@@ -95,7 +95,7 @@ struct Viewer {
 }
 
 impl Viewer {
-    /// Connects; the image has the name of its file.
+    /// Connects to tev; the image has the name of its file.
     fn open(at: &str, output: &Path) -> anyhow::Result<Viewer> {
         let hint =
             || format!("--tev {at}: no viewer answers; start tev, or give where it listens as HOST:PORT");

@@ -20,7 +20,7 @@ mod shards;
 const OWN: [&str; 8] =
     ["seed", "runner", "device", "frames", "seconds", "commit", "scene_file", attributes::CHECKSUM];
 
-/// Joins what the inputs are.
+/// Merges shards or references, whichever the inputs are.
 pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
     if let Some(input) = options.inputs.iter().find(|input| same_file(input, &options.output)) {
         let (out, input) = (options.output.display(), input.display());
@@ -37,7 +37,7 @@ pub fn run(options: &Merge) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Joins references: means by their samples, variances by the square of that share.
+/// Merges references: weights means by their share of the samples, variances by the square of that share.
 fn references(options: &Merge, target: Target) -> anyhow::Result<()> {
     let mut parts = Vec::new();
     for path in &options.inputs {
@@ -67,7 +67,7 @@ fn references(options: &Merge, target: Target) -> anyhow::Result<()> {
         attributes.insert(name.into(), values.join(", "));
     }
     attributes.insert("frames".into(), samples.to_string());
-    // Layers of theirs that it does not have.
+    // Remove attributes of layers that the merged file lacks.
     attributes.retain(|name, _| !["aov", "materials"].contains(&name.as_str()));
     let bytes = exr::encode(&image, Some((colors(variance).collect(), samples as u32)), &attributes)?;
     target.finish(&bytes)?;
@@ -75,7 +75,7 @@ fn references(options: &Merge, target: Target) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// One reference.
+/// A reference to merge.
 struct Part {
     file: String,
     size: (usize, usize),
@@ -91,7 +91,7 @@ impl Part {
             let [r, g, b] = image.layer(layer)?;
             Some(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect())
         };
-        // Other means are no sums of independent samples: radii shrink over a run of `progressive`.
+        // Only path tracing gives independent samples: the radii of `progressive` shrink over a run.
         let is_reference = image.attributes.get("method").is_some_and(|method| method == PATH.name);
         let samples = image.channels.get("samples.count").and_then(|samples| samples.first());
         let (true, Some(mean), Some(variance), Some(&samples)) =
@@ -112,7 +112,7 @@ impl Part {
     }
 }
 
-/// Refuses references of different views, and numbers that would be counted twice.
+/// Refuses references of different views, and samples that would be counted twice.
 fn check(parts: &[Part]) -> Result<(), Usage> {
     let first = &parts[0];
     for (index, part) in parts.iter().enumerate().skip(1) {

@@ -1,4 +1,4 @@
-//! Opens the scene of a command, with what its file lacks and the camera that is asked for, and a session of it.
+//! Opens the scene of a command, with additions and the selected camera, and its session.
 
 use super::pick::pick;
 use caustics::render_config::RenderConfig;
@@ -13,13 +13,13 @@ use caustics::scene::{CameraChoice, Edits, LoadOptions, Scene, SceneCamera, Scen
 use super::options::{camera, default_light, environment};
 use crate::cli::{Common, ImageOptions, Loading, Machine, Usage};
 
-/// The scene, and the name of its camera. Says what it got that its file does not have.
+/// Opens the scene and selects its camera. Prints the additions that its file does not have.
 pub fn open(file: &Path, options: &Common) -> anyhow::Result<Staged> {
     let Common { view, loading, .. } = options;
     open_edited(file, view, loading, options.edits.as_deref())
 }
 
-/// The same, with the edits of a file.
+/// Opens the scene with the edits of a file.
 pub fn open_edited(
     file: &Path,
     view: &ImageOptions,
@@ -34,7 +34,7 @@ pub fn open_edited(
     Ok(staged)
 }
 
-/// The edits of a file, which may place a camera if no option does.
+/// Loads the edits of a file, which may place a camera unless an option does.
 pub fn edits(path: &Path, view: &ImageOptions) -> anyhow::Result<Edits> {
     let edits = Edits::load(path)?;
     if edits.has_camera() && camera(view)? != CameraChoice::First {
@@ -47,7 +47,7 @@ pub fn edits(path: &Path, view: &ImageOptions) -> anyhow::Result<Edits> {
     Ok(edits)
 }
 
-/// The scene with these edits, and the name of its camera.
+/// Returns the scene with these edits, and the name of its camera.
 pub fn staged(
     file: &Path,
     view: &ImageOptions,
@@ -66,7 +66,7 @@ pub fn staged(
     })
 }
 
-/// Warns of what will be missing in an image.
+/// Warns of light that an image will lack.
 pub fn warn(scene: &Scene, config: &RenderConfig) {
     for warning in &scene.warnings {
         message!("warning: {warning}");
@@ -82,19 +82,19 @@ pub fn warn(scene: &Scene, config: &RenderConfig) {
     }
 }
 
-/// A session, and what is said of it.
+/// A session and its description.
 pub struct Opened {
     /// The session.
     pub session: Session,
-    /// What runs it.
+    /// Runner of the session.
     pub choice: RunnerChoice,
-    /// Its gather, or `none`.
+    /// Name of the gather, or `none`.
     pub gather: &'static str,
-    /// Why it runs there.
+    /// Reason for the choice of the runner.
     pub reason: String,
 }
 
-/// Opens a session that renders by this configuration, on the runner of this name.
+/// Opens a session with this configuration, on the runner of this name.
 pub fn opened(
     config: &RenderConfig,
     runner: &str,

@@ -1,4 +1,4 @@
-//! Checks of the options that no type can make, and what they amount to.
+//! Checks of options that types cannot express, and the values that follow from them.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use serde_json::json;
 
 use crate::cli::{Common, ImageOptions, Usage};
 
-/// Checks the options that no type can. Of several frames rays go anywhere in a pixel where nobody says where.
+/// Checks the options, and returns the settings. Means of frames take the box filter by default.
 pub fn config(options: &ImageOptions, config: &RenderConfig, frames: u32) -> Result<RenderConfig, Usage> {
     let (width, height) = (options.width, options.height);
     check_size(width, height)?;
@@ -29,10 +29,10 @@ pub fn config(options: &ImageOptions, config: &RenderConfig, frames: u32) -> Res
         return Err(Usage(format!("--specular-roughness {}: give 0 to 1", options.specular_roughness)));
     }
     let background = options.background.as_deref().map(color).transpose()?;
-    // A mean has no history that needs the same places again; centres alone miss what is smaller than a pixel.
+    // Means have no history, which needs the same positions again, and centres alone miss details below a pixel.
     let default = if frames > 1 { PixelFilter::Box } else { PixelFilter::Centre };
     let pixel_filter = options.pixel_filter.unwrap_or(default);
-    // The mean over a pixel of what the finest level shows is the reference. That of what a footprint's level shows is not: averaged
+    // The reference is the mean over a pixel at the finest texture level. A footprint's level differs from it: averaged
     // normals reflect a narrower part of the scene (+19 % in a region of a normal-mapped mirror).
     let averages = frames > 1 && pixel_filter == PixelFilter::Box;
     let of_means = averages.then_some(TextureFilter::Finest);
@@ -49,7 +49,7 @@ pub fn config(options: &ImageOptions, config: &RenderConfig, frames: u32) -> Res
     }))
 }
 
-/// Refuses what is neither a file nor a radiance, and no place that it could have.
+/// Refuses an environment that is neither a file nor a radiance, and a scale or rotation out of range.
 pub fn check_environment(view: &ImageOptions) -> Result<(), Usage> {
     let ImageOptions { environment, environment_scale: scale, environment_rotation: rotation, .. } = view;
     let text = environment.as_deref().filter(|text| EnvironmentMap::file(text).is_none());
@@ -65,7 +65,7 @@ pub fn check_environment(view: &ImageOptions) -> Result<(), Usage> {
     Ok(())
 }
 
-/// Refuses frames a second that no animation has.
+/// Refuses a frame rate out of range.
 pub fn check_fps(fps: f64) -> Result<(), Usage> {
     if FPS.contains(&fps) {
         return Ok(());
@@ -73,7 +73,7 @@ pub fn check_fps(fps: f64) -> Result<(), Usage> {
     Err(Usage(format!("--fps {fps}: give {} to {} frames a second", FPS.start(), FPS.end())))
 }
 
-/// The environment that is asked for, if one is.
+/// Returns the environment of the options, if any.
 pub fn environment(view: &ImageOptions) -> anyhow::Result<Option<EnvironmentMap>> {
     check_environment(view)?;
     let map = view.environment.as_deref().map(EnvironmentMap::named).transpose()?;
@@ -90,13 +90,13 @@ pub fn check_rays(config: &RenderConfig, width: u32, height: u32) -> Result<(), 
     limits::check_rays(config, width, height).map_err(Usage)
 }
 
-/// The radiance of --background.
+/// Parses the radiance of --background.
 pub fn color(text: &str) -> Result<Vec3, Usage> {
     let Radiance(color) = text.parse().map_err(|wrong| Usage(format!("--background {text}: {wrong}")))?;
     Ok(color)
 }
 
-/// Checks that the files to write are two files.
+/// Checks that the output files are different files.
 pub fn check_outputs(options: &Common) -> Result<(), Usage> {
     let folder = |path: &&PathBuf| path.is_dir();
     if let Some(path) = [Some(&options.output), options.png.as_ref()].into_iter().flatten().find(folder) {
@@ -117,7 +117,7 @@ pub fn check_outputs(options: &Common) -> Result<(), Usage> {
     options.png.as_ref().map_or(Ok(()), |png| check_ending("--png", png, "png"))
 }
 
-/// Refuses a file name that speaks of another kind of file.
+/// Refuses a file name with the extension of another kind of file.
 pub fn check_ending(flag: &str, path: &Path, ending: &str) -> Result<(), Usage> {
     match path.extension() {
         Some(other) if !other.eq_ignore_ascii_case(ending) => Err(Usage(format!(
@@ -129,14 +129,14 @@ pub fn check_ending(flag: &str, path: &Path, ending: &str) -> Result<(), Usage> 
     }
 }
 
-/// The files that a scene is made of: its own, and those of `--environment` and `--edits`.
+/// Returns the files that a scene consists of: its own, and those of `--environment` and `--edits`.
 pub fn scene_files(scene: &Path, options: &Common) -> Vec<PathBuf> {
     let environment = options.view.environment.as_deref().and_then(EnvironmentMap::file);
     let others = environment.map(Into::into).into_iter().chain(options.edits.clone());
     scene::files(scene).into_iter().chain(others).collect()
 }
 
-/// Refuses to write in the place of a file of the scene; `flag` names the output.
+/// Refuses to overwrite a file of the scene; `flag` names the output.
 pub fn check_scene_files(scene: &[PathBuf], flag: &str, output: &Path) -> Result<(), Usage> {
     match scene.iter().find(|file| same_file(file, output)) {
         Some(file) => {
@@ -147,7 +147,7 @@ pub fn check_scene_files(scene: &[PathBuf], flag: &str, output: &Path) -> Result
     }
 }
 
-/// Whether two paths, of files that need not exist, name one file, through links too.
+/// Whether two paths name one file, through links too. The files need not exist.
 pub fn same_file(a: &Path, b: &Path) -> bool {
     let folder = |path: &Path| match path.parent() {
         Some(parent) if parent != Path::new("") => parent.canonicalize().ok(),
@@ -171,7 +171,7 @@ fn is_one_file(a: &Path, b: &Path) -> bool {
     a.canonicalize().ok().is_some_and(|a| Some(a) == b.canonicalize().ok())
 }
 
-/// When a scene gets the default light.
+/// Condition under which a scene gets the default light.
 pub fn default_light(view: &ImageOptions) -> DefaultLight {
     match view {
         ImageOptions { no_default_light: true, .. } => DefaultLight::Never,
@@ -180,31 +180,31 @@ pub fn default_light(view: &ImageOptions) -> DefaultLight {
     }
 }
 
-/// Which camera is meant.
+/// Camera that the options select.
 pub fn camera(view: &ImageOptions) -> Result<CameraChoice, Usage> {
     let ImageOptions { camera, from, look_at, fov, .. } = view;
     CameraChoice::from_options(camera.as_deref(), *from, *look_at, *fov)
         .map_err(|wrong| Usage(format!("--{wrong}")))
 }
 
-/// A time that a person gave (s).
+/// Converts an option's seconds to a duration.
 pub fn duration(flag: &str, seconds: f64) -> Result<Duration, Usage> {
     Duration::try_from_secs_f64(seconds)
         .map_err(|_| Usage(format!("{flag} {seconds}: give a number of seconds")))
 }
 
-/// The names of layers, in one order.
+/// Names of layers, in a fixed order.
 pub fn layer_names(layers: &[Aov]) -> String {
     let layers: BTreeSet<Aov> = layers.iter().copied().collect();
     layers.into_iter().map(Aov::name).collect::<Vec<_>>().join(",")
 }
 
-/// The layers of these names.
+/// Returns the layers of these names.
 pub fn layers_named(names: &str) -> Vec<Aov> {
     names.split(',').filter_map(|name| Aov::from_str(name, false).ok()).collect()
 }
 
-/// What a file says of its layers: which they are, and the names of the materials.
+/// Attributes of a file's layers: their names, and the names of the materials.
 pub fn layer_attributes(layers: &[Aov], scene: &Scene) -> Vec<(String, String)> {
     let mut attributes = Vec::new();
     if !layers.is_empty() {

@@ -1,4 +1,4 @@
-//! `caustics completions` and `caustics man`: the options as shells and man know them.
+//! `caustics completions` and `caustics man`: the options for shells and for man.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -11,7 +11,7 @@ use clap_mangen::Man;
 use super::console::print;
 use crate::cli::{self, Cli};
 
-/// Prints what completes the options in a shell.
+/// Prints a completion script for a shell.
 pub fn completions(options: &cli::Completions) -> anyhow::Result<ExitCode> {
     let mut script = Vec::new();
     clap_complete::generate(options.shell, &mut Cli::command(), "caustics", &mut script);
@@ -19,7 +19,7 @@ pub fn completions(options: &cli::Completions) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes a page for each command.
+/// Writes a man page for each command.
 pub fn man(options: &cli::Man) -> anyhow::Result<ExitCode> {
     let folder = &options.folder;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
@@ -33,7 +33,7 @@ pub fn man(options: &cli::Man) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Adds the page of a command and of those below it, each with the file that it will be.
+/// Claims the page of a command and those of its subcommands, each with its file.
 fn claim(
     command: Command,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! Picks runner, tracer and gather from the options and what the machine has, and says why.
+//! Picks runner, tracer and gather from the options and the machine, and states the reason.
 
 use caustics::session::RunnerChoice;
 use caustics::vulkan::{DeviceInfo, devices};
@@ -6,10 +6,10 @@ use caustics_kernels::gather::variant::{self, Variant};
 
 use crate::cli::{Debug, Machine, Tracer, Usage};
 
-/// Threads at most: more than any machine has cores.
+/// Maximum number of threads, above any machine's number of cores.
 const MAX_THREADS: usize = 1024;
 
-/// What will run, and the reason in one line. `runner` is a name of the parameter of that name.
+/// Returns the runner and gather, and the reason in one line. `runner` is a name of the parameter `runner`.
 pub fn pick(
     runner: &str,
     machine: &Machine,
@@ -71,7 +71,7 @@ fn gpu(options: &Machine, hardware: bool) -> RunnerChoice {
     }
 }
 
-/// The device that would be opened, as far as this can be told before.
+/// Returns the device that would be opened, as far as it is known beforehand.
 fn find<'a>(
     options: &Machine,
     devices: &'a [DeviceInfo],
@@ -96,7 +96,7 @@ fn hardware(options: &Machine, device: Option<&DeviceInfo>) -> bool {
     }
 }
 
-/// A real GPU if there is one and the kernels can be run, else the CPU.
+/// Picks a real GPU if there is one that can run the kernels, else the CPU.
 fn auto(options: &Machine) -> anyhow::Result<(RunnerChoice, String)> {
     let wants_gpu = options.tracer == Tracer::Hardware || options.device.is_some() || options.debug.is_some();
     let found = devices();

@@ -17,7 +17,7 @@ pub struct RunReport {
     /// Time of all frames.
     pub wall: Duration,
     passes: BTreeMap<String, Duration>,
-    /// What the kernels counted.
+    /// Counters of the kernels.
     pub counters: Counters,
     energy: EnergyLedger,
 }
@@ -39,28 +39,28 @@ impl RunReport {
         self.frames
     }
 
-    /// Mean number of light paths of a frame.
+    /// Mean number of light paths per frame.
     pub fn light_paths(&self) -> u64 {
         self.counters.get(Counter::LightPaths) / u64::from(self.frames.max(1))
     }
 
-    /// Mean time of a frame (ms).
+    /// Mean time per frame (ms).
     pub fn frame_ms(&self) -> f64 {
         self.wall.as_secs_f64() * 1e3 / f64::from(self.frames.max(1))
     }
 
-    /// Mean energy ledger of a frame (W).
+    /// Mean energy ledger per frame (W).
     pub fn energy(&self) -> EnergyLedger {
         self.energy.times(1.0 / f64::from(self.frames.max(1)))
     }
 
-    /// Mean time of each pass in a frame (ms).
+    /// Mean time of each pass per frame (ms).
     pub fn pass_ms(&self) -> BTreeMap<&str, f64> {
         let mean = |time: &Duration| time.as_secs_f64() * 1e3 / f64::from(self.frames.max(1));
         self.passes.iter().map(|(name, time)| (name.as_str(), mean(time))).collect()
     }
 
-    /// Rates over the time of the passes that do the work [1/s].
+    /// Rates over the time of the passes that do the work (1/s).
     pub fn rates(&self, pixels: u64) -> BTreeMap<&'static str, f64> {
         let seconds = |kind: Work| -> f64 {
             let passes = self.passes.iter().filter(|(name, _)| work(name) == Some(kind));

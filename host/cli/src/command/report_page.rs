@@ -1,4 +1,4 @@
-//! `caustics report`: a page made of folders of results.
+//! `caustics report`: a page from folders of results.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,11 +11,11 @@ use caustics_bench::store;
 use super::options::{check_ending, same_file};
 use crate::cli::{ReportOptions, Usage};
 
-/// Reads, draws and writes.
+/// Reads the results, draws the page and writes it.
 pub fn run(options: &ReportOptions) -> anyhow::Result<ExitCode> {
     let files = folder(&options.output)?;
     check_inputs(options, &files)?;
-    // Claimed first: nobody waits for images to be read only to hear that a file exists.
+    // Claim the file before reading images, so that an existing file is refused at once.
     let page = Target::claim(&options.output, options.force)?;
     let request = Request {
         folders: options.folders.clone(),
@@ -32,7 +32,7 @@ pub fn run(options: &ReportOptions) -> anyhow::Result<ExitCode> {
     std::fs::create_dir_all(&files).with_context(|| format!("cannot create {}", files.display()))?;
     let written = write(&report, page, &files, options.force);
     if written.is_err() && !was_there {
-        // What the error says matters more than a failure to tidy up.
+        // Report the first error, not a failure to clean up.
         let _ = std::fs::remove_dir_all(&files);
     }
     written?;
@@ -46,7 +46,7 @@ pub fn run(options: &ReportOptions) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses to write in the place of what is read: a result, or an image beside it; or among them.
+/// Refuses to overwrite an input, a result or an image beside it, and to write among them.
 fn check_inputs(options: &ReportOptions, files: &Path) -> Result<(), Usage> {
     let output = options.output.display();
     check_ending("-o", &options.output, "html")?;
@@ -60,7 +60,7 @@ fn check_inputs(options: &ReportOptions, files: &Path) -> Result<(), Usage> {
         }
         let read =
             [folder, &results].into_iter().filter_map(|folder| folder.read_dir().ok()).flatten().flatten();
-        // A page of before may lie beside the results that it was made of.
+        // An earlier page may lie beside the results that it shows.
         let is_read = |file: &PathBuf| {
             file.extension().is_none_or(|ending| ending != "html") && same_file(file, &options.output)
         };
@@ -74,7 +74,7 @@ fn check_inputs(options: &ReportOptions, files: &Path) -> Result<(), Usage> {
     Ok(())
 }
 
-/// Writes the files, then the page.
+/// Writes the figures' files, then the page.
 fn write(report: &report::Report, page: Target, files: &Path, force: bool) -> Result<(), TargetError> {
     let claim = |(name, _): &(String, _)| Target::claim(&files.join(name), force);
     let targets: Vec<Target> = report.files.iter().map(claim).collect::<Result<_, _>>()?;
@@ -84,7 +84,7 @@ fn write(report: &report::Report, page: Target, files: &Path, force: bool) -> Re
     page.finish(report.html.as_bytes())
 }
 
-/// The folder beside the page: `report_files` of `report.html`.
+/// Folder beside the page: `report_files` for `report.html`.
 fn folder(output: &Path) -> Result<PathBuf, Usage> {
     match output.file_stem() {
         Some(stem) if !output.is_dir() => {

@@ -25,7 +25,7 @@ pub fn run(command: cli::SceneCommand) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Makes one scene, or all that are committed.
+/// Makes one scene, or all committed scenes.
 fn make(name: &str, output: Option<&Path>, force: bool) -> anyhow::Result<()> {
     let committed = &caustics_scenes::NAMES[..];
     let known = [committed, &caustics_scenes::ON_DEMAND].concat();
@@ -36,7 +36,7 @@ fn make(name: &str, output: Option<&Path>, force: bool) -> anyhow::Result<()> {
     let wanted = if name == "all" { committed } else { &[name] };
     let on_demand = caustics_scenes::ON_DEMAND.contains(&name);
     let output = output.unwrap_or(Path::new(if on_demand { scene::MADE } else { "scenes" }));
-    // All or none.
+    // Make all or none.
     let there = wanted.iter().map(|scene| output.join(scene).join("scene.gltf"));
     if let Some(file) = there.into_iter().find(|file| !force && file.exists()) {
         return Err(TargetError::Exists(file).into());
@@ -142,18 +142,18 @@ fn info(
     Ok(())
 }
 
-/// Names of the file on one line, each cut.
+/// Joins names from the file on one line, each cut to a length.
 fn joined<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let shown = |name: &str| cut(name, 80).replace('\n', "\\n");
     names.map(shown).collect::<Vec<_>>().join(", ")
 }
 
-/// Names of what a scene needs.
+/// Names of the features that a scene needs.
 pub fn feature_names(features: Features) -> Vec<&'static str> {
     Features::NAMES.iter().filter(|(bit, _)| features.has(*bit)).map(|(_, name)| *name).collect()
 }
 
-/// Vertices that a camera prefix can have: one where nothing is specular; else the bounce limit decides.
+/// Maximum number of vertices of a camera prefix: one where nothing is specular, else the bounce limit decides.
 fn useful_bounces(features: Features) -> Option<u32> {
     (!features.has(Features::CASTERS)).then_some(1)
 }

@@ -1,4 +1,4 @@
-//! The part of a run that a shard renders, and what keeps parts from adding up to the run.
+//! Part of a run that a shard renders, and the reasons why parts may not add up to the run.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -13,27 +13,27 @@ use caustics_kernels::pass::widen::WIDEN;
 use super::stop::Stop;
 use crate::cli::{Common, Usage};
 
-/// In the identity of a part: which it is.
+/// Identity key of a part: the shard.
 pub const SHARD: &str = "shard";
-/// In the identity of a part: the number of frames of all parts.
+/// Identity key of a part: the number of frames of all parts.
 pub const ALL_FRAMES: &str = "all_frames";
-/// Ending of the file of its sums.
+/// Extension of the file of its sums.
 pub const SUMS: &str = "sums";
 
-/// The part of the frames of one mean that a shard renders.
+/// Part of a mean's frames that a shard renders.
 pub struct ShardFrames {
-    /// Which.
+    /// The shard.
     shard: Shard,
     /// Number of frames of all parts.
     all: u32,
     /// Its frames.
     pub frames: Range<u32>,
-    /// The file of their sums, which is its checkpoint too.
+    /// File of their sums, which is also its checkpoint.
     pub file: PathBuf,
 }
 
 impl ShardFrames {
-    /// The part that the options ask for, if not all; `stop` says how many frames all are.
+    /// Returns the part that the options select, if it is not the whole run; `stop` has the number of all frames.
     pub fn from_options(options: &Common, stop: &Stop) -> Result<Option<ShardFrames>, Usage> {
         let shard = options.sharding.asked()?;
         if !shard.is_part() {
@@ -54,14 +54,14 @@ impl ShardFrames {
         Ok(Some(ShardFrames { shard, all, frames, file }))
     }
 
-    /// What it is, as a part of this run.
+    /// Identity of the part, from the identity of the run.
     pub fn identity(&self, run: &Identity) -> Identity {
         let own = [(SHARD, self.shard.to_string()), (ALL_FRAMES, self.all.to_string())];
         run.clone().into_iter().chain(own.map(|(name, value)| (name.into(), value))).collect()
     }
 }
 
-/// Says where frames from this one on are not those of an unsplit run.
+/// Warns where frames from `first` on differ from those of an unsplit run.
 pub fn warn_of_reuse(config: &RenderConfig, first: u32) {
     if let Some((last, others)) = reusing_options(config).split_last() {
         let (others, reuse) = match others {
@@ -100,7 +100,7 @@ mod tests {
     use caustics_bench::run_config::RunConfig;
 
     #[test]
-    fn whatever_outlives_a_frame_is_named() {
+    fn options_whose_state_outlives_a_frame_are_named() {
         for method in method::ALL {
             for history in history::ALL {
                 for emission in emission::ALL {

@@ -1,14 +1,14 @@
-//! What ends a run.
+//! Conditions that end a run.
 
 use std::time::Duration;
 
-/// Frames from which on an estimated error is believed.
+/// Minimum number of frames of a reliable error estimate.
 const MIN_FRAMES: u32 = 64;
 
-/// What ends a run; the first that is reached does.
+/// Conditions that end a run; the first one reached ends it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stop {
-    /// Frames.
+    /// Number of frames.
     pub frames: Option<u32>,
     /// Time of all frames.
     pub time: Option<Duration>,
@@ -17,13 +17,14 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// How much of the run is done; 1 and above: all of it.
+    /// Finished share of the run; 1 or more when it is complete.
     pub fn progress(&self, frames: u32, spent: Duration, relative_error: f64) -> f64 {
         let by_frames = self.frames.map(|limit| f64::from(frames) / f64::from(limit));
-        // A mean without a variance is of no use.
+        // A mean needs two frames to have a variance.
         let by_time =
             self.time.filter(|_| frames >= 2).map(|limit| spent.as_secs_f64() / limit.as_secs_f64());
-        // Few frames may all have missed a small light, and know nothing of their error.
+        // A few frames may all miss a small light and underestimate their error; require 16 times as many for an estimate
+        // of 0.
         let known = frames >= if relative_error > 0.0 { MIN_FRAMES } else { 16 * MIN_FRAMES };
         let by_error = self.relative_error.filter(|_| known).map(|target| target / relative_error);
         [by_frames, by_time, by_error].into_iter().flatten().fold(0.0, f64::max)
@@ -45,7 +46,7 @@ mod tests {
         let error = Stop { relative_error: Some(0.1), ..Stop::default() };
         assert_eq!(error.progress(64, second, 0.125), 0.8);
         assert!(error.progress(64, second, 0.1) >= 1.0);
-        // Two frames that missed the light agree perfectly.
+        // Frames that all miss the light agree perfectly.
         assert_eq!(error.progress(63, second, 0.01), 0.0);
         assert_eq!(error.progress(100, second, 0.0), 0.0);
         assert!(error.progress(1024, second, 0.0) >= 1.0, "a dark scene ends too");

@@ -1,4 +1,4 @@
-//! `caustics scene survey`: which files of a folder can be rendered, and what keeps the others from it.
+//! `caustics scene survey`: finds the files of a folder that can be rendered, and the causes that prevent the others.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -23,7 +23,7 @@ use crate::cli;
 mod alone;
 mod cause;
 
-/// How a file is rendered: little more than whether it can be.
+/// Arguments of a small render that shows whether a file can be rendered.
 const RENDER: [&str; 14] = [
     "render",
     "--width",
@@ -41,15 +41,15 @@ const RENDER: [&str; 14] = [
     "-o",
 ];
 
-/// What became of a file.
+/// Outcome of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum Outcome {
-    /// As it is.
+    /// The file loads as it is.
     Loads,
-    /// With something left out.
+    /// The file loads with something left out.
     Warns,
-    /// Not, or not to an image.
+    /// The file does not load, or gives no valid image.
     Fails,
 }
 
@@ -68,14 +68,14 @@ impl Outcome {
 struct FileRecord {
     file: String,
     outcome: Outcome,
-    /// Why it fails.
+    /// Reason for the failure.
     error: Option<String>,
     warnings: Vec<String>,
     triangles: u64,
     seconds: f64,
 }
 
-/// Surveys a folder. 1 with `--fail` if a file fails.
+/// Surveys a folder. Returns exit code 1 with `--fail` if a file fails.
 pub fn run(options: &cli::Survey) -> anyhow::Result<ExitCode> {
     let limit = duration("--time-limit", options.time_limit)?;
     let mut files = Vec::new();
@@ -103,7 +103,7 @@ pub fn run(options: &cli::Survey) -> anyhow::Result<ExitCode> {
     Ok(if options.fail && fails { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// The scenes below a folder. Links to folders are not followed: they may lead round in a circle.
+/// Finds the scenes below a folder. Does not follow links to folders, which may form cycles.
 fn find(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     for entry in folder.read_dir()? {
         let entry = entry?;
@@ -120,7 +120,7 @@ fn find(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Loads a file, and renders it if that is asked for.
+/// Loads a file, and renders it if the options ask for it.
 fn survey(
     program: &Path,
     file: &Path,
@@ -153,7 +153,7 @@ fn survey(
     record
 }
 
-/// What `scene info --json` says of a file.
+/// Adds the output of `scene info --json` to a record.
 fn read_info(ended: &Ended, record: &mut FileRecord) -> Result<(), String> {
     ended.fault().map_or(Ok(()), Err)?;
     let info: Value = serde_json::from_slice(&ended.stdout).map_err(|error| error.to_string())?;
@@ -163,7 +163,7 @@ fn read_info(ended: &Ended, record: &mut FileRecord) -> Result<(), String> {
     Ok(())
 }
 
-/// Renders a file; an image that shows nothing is a failure too.
+/// Renders a file; an image that is black or not finite is a failure.
 fn render(program: &Path, file: &Path, limit: std::time::Duration) -> Result<(), String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let out = folder.path().join("out.exr");
@@ -175,7 +175,7 @@ fn render(program: &Path, file: &Path, limit: std::time::Duration) -> Result<(),
     fault_of(image.layer("").into_iter().flatten().flatten())
 }
 
-/// What is wrong with an image of these values.
+/// Checks the values of an image; the error says what is wrong.
 fn fault_of<'a>(values: impl Iterator<Item = &'a f32> + Clone) -> Result<(), String> {
     if !values.clone().all(|value| value.is_finite()) {
         return Err("its image has values that are not finite".into());
@@ -186,7 +186,7 @@ fn fault_of<'a>(values: impl Iterator<Item = &'a f32> + Clone) -> Result<(), Str
     Ok(())
 }
 
-/// How many files fail and warn, by what.
+/// Number of files that fail and warn, by cause.
 fn summary(records: &[FileRecord]) -> Value {
     let mut causes: BTreeMap<(&str, String), usize> = BTreeMap::new();
     for record in records {
@@ -214,7 +214,7 @@ fn summary(records: &[FileRecord]) -> Value {
     })
 }
 
-/// The survey for people.
+/// Table of the survey for the user.
 fn table(records: &[FileRecord]) -> String {
     let mut text = String::new();
     for record in records {
@@ -245,7 +245,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_that_show_nothing_are_failures() {
+    fn images_that_show_nothing_are_failures() {
         assert_eq!(fault_of([0.0, 0.5].iter()), Ok(()));
         assert!(fault_of([0.0, 0.0].iter()).unwrap_err().contains("black"));
         assert!(fault_of([0.5, f32::NAN].iter()).unwrap_err().contains("finite"));

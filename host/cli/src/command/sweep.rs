@@ -1,4 +1,4 @@
-//! `caustics sweep`: the run configurations of a file, measured where they are missing.
+//! `caustics sweep`: measures the missing run configurations of a file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use super::options::{check_rays, check_scene_files};
 use super::pick::pick;
 use crate::cli::{self, Machine, Tracer, Usage};
 
-/// Measures, or lists, or merges. 130 after Ctrl-C, with what was done written.
+/// Measures, lists or merges. Returns exit code 130 after Ctrl-C; finished results are written.
 pub fn run(options: &cli::SweepOptions) -> anyhow::Result<ExitCode> {
     let output = options.output.as_deref();
     if let (false, Some(out)) = (options.merge.is_empty(), output) {
@@ -52,7 +52,7 @@ pub fn run(options: &cli::SweepOptions) -> anyhow::Result<ExitCode> {
     if options.force {
         forget(folder, mine)?;
     }
-    // What a report names as the source of the folder's results.
+    // A report names this file as the source of the folder's results.
     Target::claim(&folder.join("experiment.toml"), true)?.finish(text.as_bytes())?;
     let part_note = if shard.is_part() {
         format!(" in part {} of {}", shard.index + 1, shard.count)
@@ -67,14 +67,14 @@ pub fn run(options: &cli::SweepOptions) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The run configurations of a file or of options, the runners found; prints what is left out and what scenes warn of.
+/// Returns the run configurations of a sweep with their runners. Prints those left out, and the scenes' warnings.
 pub fn expand(config: &SweepConfig, machine: &Machine) -> anyhow::Result<Expanded> {
     let mut known = BTreeMap::new();
     let mut runner = |name: &str| {
         if let Some(choice) = known.get(name) {
             return Ok(Clone::clone(choice));
         }
-        // A device, a tracer and a validation layer belong to the runners that have one.
+        // Device, tracer and validation layer do not apply to the CPU.
         let of_cpu = Machine { tracer: Tracer::Auto, device: None, debug: None, ..machine.clone() };
         let (choice, _, reason) = pick(name, if name == "cpu" { &of_cpu } else { machine }, None)?;
         message!("runner {name}: {reason}");
@@ -85,7 +85,7 @@ pub fn expand(config: &SweepConfig, machine: &Machine) -> anyhow::Result<Expande
     for line in &expanded.skipped {
         message!("{line}");
     }
-    // A scene is a part for each of its sizes.
+    // A scene has a part for each of its sizes.
     let notes: BTreeSet<&String> = expanded.parts.iter().flat_map(|part| &part.notes).collect();
     for note in notes {
         message!("{note}");
@@ -96,7 +96,7 @@ pub fn expand(config: &SweepConfig, machine: &Machine) -> anyhow::Result<Expande
     Ok(expanded)
 }
 
-/// All run configurations, checked for what no value by itself shows.
+/// Returns all run configurations, after checks across settings.
 pub fn tasks<'a>(config: &SweepConfig, expanded: &'a Expanded) -> Result<Vec<Task<'a>>, Usage> {
     let tasks: Vec<Task> = expanded.parts.iter().flat_map(|part| Task::all(config, part)).collect();
     if tasks.is_empty() {
@@ -113,7 +113,7 @@ pub fn tasks<'a>(config: &SweepConfig, expanded: &'a Expanded) -> Result<Vec<Tas
     Ok(tasks)
 }
 
-/// Measures what is missing of the tasks. False where Ctrl-C came.
+/// Measures what the tasks lack. Returns `false` after Ctrl-C.
 pub fn measure(
     config: &SweepConfig,
     tasks: &[Task],
@@ -145,7 +145,7 @@ pub fn forget(folder: &Path, tasks: &[Task]) -> Result<(), TargetError> {
     tasks.iter().try_for_each(|task| remove(&store::file(folder, &task.identity)))
 }
 
-/// Where references are kept.
+/// Folder of the references.
 fn cache() -> Result<PathBuf, Usage> {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     set("CAUSTICS_CACHE")
@@ -153,7 +153,7 @@ fn cache() -> Result<PathBuf, Usage> {
         .ok_or_else(|| Usage("references need a folder: set the environment variable CAUSTICS_CACHE".into()))
 }
 
-/// Prints the run configurations and counts the references.
+/// Prints the run configurations and the number of references.
 fn dry_run(options: &cli::SweepOptions, config: &SweepConfig, tasks: &[Task]) -> anyhow::Result<ExitCode> {
     let known = |task: &Task| store::read(options.output.as_deref()?, &task.identity);
     let mut done = 0;
@@ -196,7 +196,7 @@ fn join(options: &cli::SweepOptions, out: &Path) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses to write the tables of a folder in the place of a file that is read.
+/// Refuses tables of a folder that would overwrite an input.
 pub fn check_tables(folder: &Path, config: &SweepConfig, others: &[&Path]) -> Result<(), Usage> {
     let scenes = config.matrix.iter().flat_map(|matrix| &matrix.get_ref().scene);
     let scenes: BTreeSet<PathBuf> = scenes.filter_map(|name| scene::resolve(name).ok()).collect();
@@ -207,7 +207,7 @@ pub fn check_tables(folder: &Path, config: &SweepConfig, others: &[&Path]) -> Re
     tables.iter().try_for_each(|table| check_scene_files(&read, "-o", table))
 }
 
-/// Writes `cells.csv`, `passes.csv` and, where scenes move, `frames.csv`: all results of the folder.
+/// Writes all results of the folder to `cells.csv`, `passes.csv` and, where scenes move, `frames.csv`.
 pub fn write_tables(folder: &Path) -> anyhow::Result<()> {
     let results = store::read_all(folder)?;
     let write = |name: &str, table: Vec<u8>| Target::claim(&folder.join(name), true)?.finish(&table);

@@ -1,7 +1,7 @@
-//! `caustics view`: a page, served by this program, in which a scene is looked at live.
+//! `caustics view`: serves a page that shows a scene live.
 //!
-//! One thread renders ([`engine`]), another serves ([`server`]); what they share ([`shared`]) is a view request, which the page with the control token
-//! changes ([`request`]), and the latest image and words.
+//! One thread renders ([`engine`]), another serves ([`server`]). They share ([`shared`]) the view request, which the page
+//! with the control token changes ([`request`]), and the latest image and messages.
 
 mod accept;
 mod connection;
@@ -59,18 +59,18 @@ use super::options::{check_rays, check_size};
 use super::pick::pick;
 use crate::cli::{Usage, Viewer};
 
-/// Environment variable that says the token, so that a page outlives the program that served it.
+/// Environment variable with the token, so that a page outlives the program that served it.
 const TOKEN: &str = "CAUSTICS_VIEW_TOKEN";
 
-/// Threads that pack images for pages.
+/// Threads that encode images for pages.
 const PACKERS: usize = 4;
-/// Files on their way to pages, at most; others wait.
+/// Maximum number of files in transfer to pages; others wait.
 const MAX_FILES: usize = 4;
 
 const NO_NUMBERS: &str = "the system gives no random numbers, which a secret needs";
 
-/// Threads beside the one that renders: for Ctrl-C, for the end of a program that hangs then, for connections, and for the
-/// images that are packed for them.
+/// Threads besides the renderer: for Ctrl-C, for ending a program that hangs then, for connections, and for encoding
+/// images.
 const THREADS: usize = 3 + PACKERS;
 
 /// Serves a page until Ctrl-C.
@@ -85,7 +85,7 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     }
     let run_config = run_config(options)?;
     check_rays(&run_config.config, view.width, view.height)?;
-    // A device that is not there is told now, since only a page could be told later. `auto` always finds one.
+    // Report a missing device now, since later only a page could report it. `auto` always finds a runner.
     let gather = run_config.config.gather.filter(|_| run_config.config.method.chooses_gather);
     pick(run_config.asked_runner, &options.machine, gather)?.0.check()?;
     threads::check(THREADS).context("a page takes threads of its own")?;
@@ -148,12 +148,12 @@ pub fn run(options: &Viewer) -> anyhow::Result<ExitCode> {
     };
     runtime.spawn(accept(listener, router(site)));
     Engine::new(shared, options, Edited::new(staged.scene, file, &edits)).run();
-    // Pages that are still connected end with it.
+    // This closes pages that are still connected.
     runtime.shutdown_background();
     Ok(ExitCode::SUCCESS)
 }
 
-/// How to render where nobody says: with histories while something moves.
+/// Default configuration: with histories while something moves.
 fn run_config(options: &Viewer) -> Result<RunConfig, Usage> {
     let histories = [(&HISTORY, VALIDATED.name), (&PATH_HISTORY, PathHistory::Validated.name())];
     let defaults: Vec<_> =
@@ -161,10 +161,10 @@ fn run_config(options: &Viewer) -> Result<RunConfig, Usage> {
     options.parameters.run_config_with(&defaults)
 }
 
-/// The camera; one that was placed, by where it is.
+/// Returns the camera; a placed one by its position.
 fn looked_through(staged: &Staged) -> anyhow::Result<CameraChoice> {
     let name = &staged.camera;
-    // The name of a camera that was placed is the options that place it.
+    // The name of a placed camera consists of the options that place it.
     let words: Vec<&str> = name.split(' ').collect();
     let ["--from", from, "--look-at", look_at, "--fov", fov] = words[..] else {
         return Ok(CameraChoice::Named(name.clone()));
@@ -178,7 +178,7 @@ fn looked_through(staged: &Staged) -> anyhow::Result<CameraChoice> {
     }))
 }
 
-/// Message with the address of the page.
+/// Returns the message with the address of the page.
 fn address_message(address: SocketAddr, token: &str) -> String {
     let page = format!("http://{address}/?token={token}");
     if address.ip().is_loopback() {

@@ -1,4 +1,4 @@
-//! Commands in the documents' shell blocks are commands of the program, options and values included.
+//! Checks that commands in the documents' shell blocks are valid, with options and values.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use clap::{Command, CommandFactory};
 
 use crate::cli::Cli;
 
-/// Variants that documents tell the reader to write.
+/// Names of variants that documents tell the reader to write.
 const EXAMPLES: [&str; 2] = ["mine", "same-pixel"];
 
 /// Arguments of the commands `caustics` and `cargo run --release --` in the shell blocks of a document.
@@ -25,7 +25,7 @@ fn commands(text: &str) -> Vec<Vec<String>> {
     commands
 }
 
-/// Words behind the program in a line of shell, up to a comment or another command.
+/// Words after the program in a line of shell, up to a comment or another command.
 fn arguments(line: &str) -> Option<Vec<String>> {
     let line = line.split(" #").next().unwrap_or_default();
     let words: Vec<&str> = line.split_whitespace().collect();
@@ -41,12 +41,12 @@ fn arguments(line: &str) -> Option<Vec<String>> {
     }
     let ends = |word: &&str| ["|", "&&", ";", "&", ">", "2>", ":::"].contains(word);
     let words = words[program + 1..].iter().take_while(|word| !ends(word));
-    // A pattern stands for several files.
+    // A pattern stands for at least two files.
     let words = words.flat_map(|word| std::iter::repeat_n(word, 1 + usize::from(word.contains('*'))));
     Some(words.map(|word| word.trim_matches('"').to_string()).collect())
 }
 
-/// The program's objection to arguments. Values that the shell fills in may be any.
+/// Returns the program's error for these arguments, if any. Accepts any value that the shell fills in.
 fn objection(command: Command, arguments: &[String]) -> Option<String> {
     let error = command.try_get_matches_from([&["caustics".to_string()], arguments].concat()).err()?;
     let value = match error.get(ContextKind::InvalidValue) {
@@ -62,7 +62,7 @@ fn objection(command: Command, arguments: &[String]) -> Option<String> {
 fn commands_of_the_documents_are_accepted_by_the_program() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut count = 0;
-    for folder in [".", "docs", "experiments", "experiments/results"] {
+    for folder in [".", "docs", "docs/decisions", "experiments", "experiments/peers", "experiments/results"] {
         for entry in root.join(folder).read_dir().unwrap() {
             let page = entry.unwrap().path();
             if page.extension().is_some_and(|extension| extension == "md") {

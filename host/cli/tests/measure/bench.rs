@@ -1,4 +1,4 @@
-//! `caustics bench` from outside: what it measures, prints, keeps and refuses.
+//! `caustics bench` from outside: measures, output, results on disk, and refusals.
 
 use caustics::render_config::Paths;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ use crate::test_dir::{Run, TestDir};
 const TINY: [&str; 8] =
     ["--width", "40", "--height", "24", "--paths-per-pixel", "2", "--reference-frames", "8"];
 
-/// Folder with references of its own.
+/// Folder whose references are its own.
 struct BenchDir(TestDir);
 
 impl BenchDir {
@@ -60,14 +60,14 @@ impl BenchDir {
     }
 }
 
-/// Files of a folder, with those of its folders.
+/// Files of a folder and of its subfolders.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries: Vec<PathBuf> = folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
     entries.into_iter().flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
 
 #[test]
-fn time_and_error_of_every_history_and_frame_are_there() {
+fn time_and_error_of_every_history_and_frame_are_measured() {
     let dir = BenchDir::new();
     let names: Vec<&str> = history::ALL.iter().map(|history| history.name).collect();
     let run = ["--measure", "time,error", "--every-frame", "--frames", "3", "--history", &names.join(",")];
@@ -85,7 +85,7 @@ fn time_and_error_of_every_history_and_frame_are_there() {
         for measure in MEASURES {
             assert!(error.get(measure).is_some(), "{} of {config:?}", measure.key);
             for frame in frames {
-                // The first frame has none before it.
+                // The first frame has no frame before it.
                 let is_missing =
                     [&FLICKER, &FLICKER_CAUSTICS].map(|flicker| flicker.key).contains(&measure.key)
                         && frame.frame == 0;
@@ -125,7 +125,7 @@ fn configurations_of_all_parameters_are_measured() {
     ];
     let stdout = dir.bench(&run).stdout;
     let results = dir.results();
-    // Two gathers and the path tracer, which has none, with either code.
+    // Two gathers and the path tracer, which has none, each with both sets of features.
     assert_eq!(results.len(), 2 * (2 + 1));
     for RunResult { identity, config, time, provenance, .. } in &results {
         let time = time.as_ref().unwrap();
@@ -149,7 +149,7 @@ fn configurations_of_all_parameters_are_measured() {
     assert_eq!(first.time.as_ref().unwrap().ratio_to_first, Some(1.0));
     assert!(stdout.contains("path-none-all") && stdout.contains(" gather.brute"), "{stdout}");
 
-    // By force the configurations are measured again; results of others stay.
+    // --force measures the configurations again; other results stay.
     let another = "00000000000000aa";
     store::write(&dir.path("out"), &RunResult { identity: another.into(), ..RunResult::default() }).unwrap();
     let stderr = dir.bench(&run).stderr;
@@ -160,7 +160,7 @@ fn configurations_of_all_parameters_are_measured() {
 }
 
 #[test]
-fn each_configuration_has_the_first_turn_in_turn() {
+fn each_configuration_gets_the_first_turn() {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let mut runs: Vec<RunConfig> = history::ALL
         .iter()
@@ -210,7 +210,7 @@ fn references_are_kept_and_damaged_ones_made_anew() {
         assert_eq!(errors(), first, "the same bits");
         assert_eq!(Channels::read(reference).unwrap(), whole);
     }
-    // Other settings are other references; another exposure is not.
+    // Other settings need other references; another exposure does not.
     let other = |option: &str, value: &str| dir.bench(&[&run[..], &[option, value]].concat()).stderr;
     assert!(!other("--exposure", "1").contains("reference"));
     assert!(other("--max-bounces", "4").contains("reference 1 of 1 rendered"));
@@ -239,7 +239,7 @@ fn errors_are_those_of_compare() {
         let report = dir.run(&compare).expect_success(&compare).json();
         report["metrics"][name].as_f64().unwrap()
     };
-    // The same numbers, summed in another order.
+    // The numbers are equal, but summed in another order.
     let same = |own: Option<f64>, theirs: f64| {
         let own = own.unwrap();
         assert!((own - theirs).abs() <= 1e-12 * theirs, "{own} {theirs}");
@@ -249,7 +249,7 @@ fn errors_are_those_of_compare() {
     same(error.get(&RELMSE_TRIMMED), measured("beauty", "relmse_trimmed"));
     same(error.get(&RELMSE_TRIMMED_CAUSTIC_REGION), measured("beauty", "relmse_trimmed_caustic_region"));
     same(error.get(&RELMSE_CAUSTICS), measured("caustics", "relmse"));
-    // The whole is kept as the sum of its layers, rounded once more.
+    // The whole image is stored as the sum of its layers, with one more rounding.
     let relmse = (error.get(&RELMSE).unwrap(), measured("beauty", "relmse"));
     assert!((relmse.0 / relmse.1 - 1.0).abs() < 1e-5, "{relmse:?}");
     same(error.get(&CAUSTICS_VARIANCE), measured("caustics", "mse_variance"));
@@ -314,12 +314,12 @@ fn finished_configurations_are_kept_and_others_measured() {
     let again = run(&[]);
     assert!(again.contains("1 run configurations, 0 to measure") && !again.contains("reference"), "{again}");
     assert_eq!(dir.results(), whole);
-    // Other settings make other results, beside those that are there.
+    // Other settings give additional results.
     assert!(run(&["--history", "none,paper"]).contains("2 run configurations, 1 to measure"));
     assert!(run(&["--seed", "1"]).contains("1 run configurations, 1 to measure"));
     let results = dir.results();
     assert!(results.len() == 3 && results.iter().any(|result| result.config.text(&HISTORY) == "paper"));
-    // A result that is no result is named.
+    // A damaged result is measured again.
     std::fs::write(store::file(&dir.path("out"), &whole[0].identity), "mine\n").unwrap();
     assert!(run(&[]).contains("1 run configurations, 1 to measure"));
     assert_eq!(dir.results().len(), 3);
@@ -361,7 +361,7 @@ fn a_gather_that_a_runner_lacks_is_skipped_among_others_and_an_error_alone() {
 }
 
 #[test]
-fn what_cannot_be_measured_is_a_usage_error() {
+fn invalid_measurements_are_usage_errors() {
     let dir = BenchDir::new();
     let base = ["bench", "mirror-room", "--runner", "cpu", "-o", "out"];
     let error = ["--measure", "error"];

@@ -1,4 +1,4 @@
-//! `caustics compare` from outside: what it prints, how it ends, and what it refuses.
+//! `caustics compare` from outside: output, exit codes and refusals.
 
 use caustics::metric::METRICS;
 use exr::prelude::{
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::test_dir::{BINARY, Run, TestDir};
 
-/// An image to be: a layer's name and its value at each pixel.
+/// Layers of an image to write: name, and value at each pixel.
 type Layers<'a> = &'a [(&'a str, &'a dyn Fn(usize, usize) -> [f32; 3])];
 
 /// Folder with images of one size.
@@ -68,7 +68,7 @@ fn grey(value: f32) -> impl Fn(usize, usize) -> [f32; 3] {
     move |_, _| [value; 3]
 }
 
-/// A fixed pattern of noise between -1 and 1, of mean 0 over pairs of seeds 2k and 2k + 1.
+/// Fixed pattern of noise between -1 and 1, whose mean is 0 over pairs of seeds 2k and 2k + 1.
 fn noise(seed: u32) -> impl Fn(usize, usize) -> f32 {
     move |x, y| {
         let mut hash = (x as u32) ^ (y as u32).rotate_left(16) ^ (seed / 2).wrapping_mul(0x9e37_79b9);
@@ -79,7 +79,7 @@ fn noise(seed: u32) -> impl Fn(usize, usize) -> f32 {
     }
 }
 
-/// A noisy image of a constant.
+/// An image of a constant with noise.
 fn noisy(value: f32, seed: u32) -> impl Fn(usize, usize) -> [f32; 3] {
     let noise = noise(seed);
     move |x, y| [value * (1.0 + 0.3 * noise(x, y)); 3]
@@ -105,7 +105,7 @@ fn every_metric_is_reported_with_its_value_or_the_reason() {
     assert_eq!((&report["images"][0], &report["reference"]), (&"a.exr".into(), &"b.exr".into()));
     assert_eq!(report["region"], serde_json::json!({ "x": 0, "y": 0, "width": 20, "height": 12 }));
 
-    // A table for a person has the same names.
+    // The table for the user has the same names.
     let Run { code, stdout: table, .. } = images.compare(&["a.exr", "b.exr"]);
     assert_eq!(code, Some(0));
     for (line, metric) in table.lines().zip(METRICS) {
@@ -115,7 +115,7 @@ fn every_metric_is_reported_with_its_value_or_the_reason() {
 }
 
 #[test]
-fn equal_pictures_have_no_error() {
+fn equal_images_have_no_error() {
     let images = ImageDir::new(33, 17);
     images.write("a.exr", &[("", &noisy(1.0, 0))]);
     let metrics = &images.report(&["a.exr", "a.exr"])["metrics"];
@@ -141,7 +141,7 @@ fn limits_decide_the_exit_code() {
         "{stderr}"
     );
     assert_eq!(failed.json()["failed"].as_array().unwrap().len(), 1);
-    // What has no value is not below a limit.
+    // A metric without a value does not pass a limit.
     let Run { code, stderr, .. } = run(&["z_surprise=3"]);
     assert_eq!(code, Some(3));
     assert!(stderr.contains("z_surprise has no value") && stderr.contains("variance"), "{stderr}");
@@ -160,11 +160,11 @@ fn pixels_that_are_not_finite_are_counted_and_fail() {
     assert!(report["metrics"].as_object().unwrap().values().all(Value::is_null));
     assert_eq!(images.compare(&["a.exr", "b.exr", "--fail-above", "mse=1e30"]).code, Some(3));
     assert_eq!(images.compare(&["b.exr", "a.exr", "--fail-above", "flip_hdr=1"]).code, Some(3));
-    // No map, and a word about it.
+    // No map is written, and a message says so.
     let Run { code, stderr, .. } = images.compare(&["a.exr", "b.exr", "--map", "map.png"]);
     assert!(code.is_some() && stderr.contains("no map is written"), "{stderr}");
     assert!(!images.dir.path("map.png").exists(), "{stderr}");
-    // Outside of the region they do no harm.
+    // Outside of the region, such pixels have no effect.
     let metrics = &images.report(&["a.exr", "b.exr", "--region", "0,4,10,6"])["metrics"];
     assert_eq!(metrics["mse"], 0.0);
 }
@@ -191,13 +191,13 @@ fn regions_and_layers_are_cut_out() {
 #[test]
 fn runs_split_the_error_and_the_z_test_tells_noise_from_bias() {
     let images = ImageDir::new(64, 48);
-    // Uniform noise of +-0.3 has a variance of 0.03; that of the reference is a quarter of it in deviation.
+    // Uniform noise of +-0.3 has a variance of 0.03; the reference has a quarter of its deviation.
     let reference = |x: usize, y: usize| [1.0 + 0.075 * noise(1000)(x, y); 3];
     images.write("reference.exr", &[("", &reference), ("variance", &grey(0.03 / 16.0))]);
     let names: Vec<String> = (0..8).map(|seed| format!("{seed}.exr")).collect();
     let report = |gain: f32, options: &[&str]| {
         for (seed, name) in names.iter().enumerate() {
-            // Every second seed, so that runs are independent.
+            // Take every second seed, so that runs are independent.
             images.write(name, &[("", &noisy(gain, 2 * seed as u32))]);
         }
         let mut files: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -208,12 +208,12 @@ fn runs_split_the_error_and_the_z_test_tells_noise_from_bias() {
     let metrics = &same["metrics"];
     let get = |metrics: &Value, name: &str| metrics[name].as_f64().unwrap();
     assert_eq!((&same["runs"], &same["z_blocks"]), (&8.into(), &48.into()));
-    // 3072 pixels, grey: four deviations of the mean of (s^2/8 + v)-sized squares are 0.0006.
+    // For 3072 grey pixels, four deviations of the mean of squares of size s^2/8 + v are 0.0006.
     assert!(get(metrics, "mse_bias2").abs() < 6e-4, "{metrics}");
     assert!((get(metrics, "mse_variance") - 0.03).abs() < 0.002, "{metrics}");
     assert!((get(metrics, "mse_reference") - 0.03 / 16.0).abs() < 1e-8, "{metrics}");
     assert!(get(metrics, "z_surprise") < 3.0, "{metrics}");
-    // Three equal channels of 48 blocks: one deviation of the mean of z^2 is 0.2.
+    // For three equal channels of 48 blocks, one deviation of the mean of z^2 is 0.2.
     assert!((get(metrics, "z_mean_square") - 1.0).abs() < 0.8, "{metrics}");
     assert!(
         (get(metrics, "energy_ratio") - 1.0).abs() < 4.0 * get(metrics, "energy_standard_error"),
@@ -224,7 +224,7 @@ fn runs_split_the_error_and_the_z_test_tells_noise_from_bias() {
     assert!(get(&brighter["metrics"], "z_surprise") > 3.0, "{brighter}");
     assert!(get(&brighter["metrics"], "z_image") > 4.0, "{brighter}");
 
-    // One image with its variance will do, too.
+    // One image with its variance is enough.
     images.write("one.exr", &[("", &noisy(1.02, 0)), ("variance", &grey(0.03))]);
     let arguments = ["one.exr", "reference.exr", "--fail-above", "z_image=4"];
     assert_eq!(images.compare(&arguments).code, Some(3));
@@ -240,19 +240,19 @@ fn maps_show_where_the_error_is() {
     images.report(&["a.exr", "b.exr", "--map", "map.png"]);
     let map = image::open(images.dir.path("map.png")).unwrap().into_rgb8();
     assert_eq!(map.dimensions(), (48, 32));
-    // Magma begins with black and grows lighter; the filters reach 10 pixels.
+    // Magma starts at black and gets lighter; FLIP's filters reach 10 pixels.
     assert_eq!(map.get_pixel(2, 28).0, [0, 0, 4]);
     let light = |pixel: &image::Rgb<u8>| pixel.0.iter().map(|&value| u32::from(value)).sum::<u32>();
     let (x, y, _) = map.enumerate_pixels().max_by_key(|(_, _, pixel)| light(pixel)).unwrap();
     assert!(x.abs_diff(36) <= 3 && y.abs_diff(8) <= 3, "{x}, {y}");
-    // An error of 0.3, at least.
+    // The error is at least 0.3.
     assert!(light(map.get_pixel(36, 8)) > 200, "{:?}", map.get_pixel(36, 8));
 
-    // That of a region has its size.
+    // The map of a region has the region's size.
     images.report(&["a.exr", "b.exr", "--map", "part.png", "--region", "30,2,12,9"]);
     assert_eq!(image::open(images.dir.path("part.png")).unwrap().into_rgb8().dimensions(), (12, 9));
 
-    // Nothing is overwritten without --force, and no image that is compared ever.
+    // No file is overwritten without --force, and a compared image never is.
     images.refuses(&["a.exr", "b.exr", "--map", "map.png"], 2, &["map.png", "--force"]);
     images.report(&["a.exr", "b.exr", "--map", "map.png", "--force"]);
     images.refuses(&["a.exr", "b.exr", "--map", "./b.exr", "--force"], 2, &["--map", "b.exr"]);
@@ -261,7 +261,7 @@ fn maps_show_where_the_error_is() {
 }
 
 #[test]
-fn rendered_pictures_are_compared_as_exr_and_as_png() {
+fn rendered_images_are_compared_as_exr_and_as_png() {
     let images = ImageDir::new(0, 0);
     for (seed, name) in [("1", "a"), ("2", "b")] {
         let (exr, png) = (format!("{name}.exr"), format!("{name}.png"));
@@ -272,7 +272,7 @@ fn rendered_pictures_are_compared_as_exr_and_as_png() {
     let (linear, display) = (images.report(&["a.exr", "b.exr"]), images.report(&["a.png", "b.png"]));
     let flip = |report: &Value| report["metrics"]["flip_ldr"].as_f64().unwrap();
     println!("flip_ldr {} of EXR, {} of PNG", flip(&linear), flip(&display));
-    // The PNG is rounded to bytes: a step of grey alone is 0.03 (see flip.rs of the crate caustics-tests).
+    // The PNG is rounded to bytes; a step of grey alone gives 0.03 (see flip.rs of the crate caustics-tests).
     assert!(flip(&linear) > 0.05 && (flip(&linear) - flip(&display)).abs() < 0.02);
     assert!(display["metrics"]["flip_hdr"].is_null());
     assert!(display["unavailable"]["flip_hdr"].as_str().unwrap().contains("EXR"));
@@ -285,7 +285,7 @@ fn rendered_pictures_are_compared_as_exr_and_as_png() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused() {
+fn incomparable_files_are_refused() {
     let mut images = ImageDir::new(9, 6);
     images.write("wide.exr", &[("", &grey(1.0))]);
     images.size = (8, 6);
@@ -320,7 +320,7 @@ fn help_opens_with_examples() {
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_failure() {
+fn a_closed_stdout_is_not_an_error() {
     let images = ImageDir::new(5, 5);
     images.write("a.exr", &[("", &grey(1.0))]);
     for options in [&[][..], &["--json"]] {

@@ -1,4 +1,4 @@
-//! The experiments of the project: their files are read, and what documents quote of their results is what was measured.
+//! Experiments of the project: their files parse, and documents quote the measured results.
 
 use std::path::{Path, PathBuf};
 
@@ -8,13 +8,13 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments")
 }
 
-/// The text of a file of the project.
+/// Text of a file of the project.
 fn text(file: &str) -> String {
     std::fs::read_to_string(folder().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 
 #[test]
-fn the_files_of_the_experiments_are_read() {
+fn the_files_of_the_experiments_parse() {
     let mut count = 0;
     for entry in folder().read_dir().unwrap() {
         let file = entry.unwrap().path();
@@ -27,13 +27,13 @@ fn the_files_of_the_experiments_are_read() {
     assert!(count >= 4, "{count} files");
 }
 
-/// A run configuration of the talk's comparison as its table quotes it: ratio, FLIP, that of the caustics, relMSE.
+/// A row of the talk's table: name, then ratio, FLIP, FLIP of the caustics and relMSE of each scene.
 fn quoted(row: &str) -> (String, Vec<String>) {
     let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
     (cells[0].to_string(), cells[2..].iter().map(|cell| cell.to_string()).collect())
 }
 
-/// Whether a number is what was measured, to the digits that are quoted.
+/// Whether a quoted number is the measured one, rounded to its digits.
 fn holds(quoted: &str, measured: &str) -> bool {
     if quoted == "-" {
         return measured.is_empty();
@@ -44,7 +44,7 @@ fn holds(quoted: &str, measured: &str) -> bool {
 }
 
 #[test]
-fn the_table_of_the_talk_is_what_was_measured() {
+fn the_table_of_the_talk_quotes_the_measured_numbers() {
     let readme = text("results/README.md");
     let mut table = csv::Reader::from_path(folder().join("results/talk/cells.csv")).unwrap();
     let heads = table.headers().unwrap().clone();
@@ -82,14 +82,14 @@ fn the_table_of_the_talk_is_what_was_measured() {
     }
 }
 
-/// A digit that was not measured is found.
+/// Detects a number that was not measured.
 #[test]
 fn detects_another_number() {
     assert!(holds("1.03", "1.0318200698475306") && holds("-", "") && holds("184", "183.68"));
     assert!(!holds("1.04", "1.0318200698475306") && !holds("-", "1") && !holds("1.032", "1.031"));
 }
 
-/// What is said of the cost of histories is in that table.
+/// Costs of histories on the page on rendering are those of the talk's table.
 #[test]
 fn the_page_of_histories_quotes_the_same_ratios() {
     let page = text("../docs/rendering.md");

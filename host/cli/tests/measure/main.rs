@@ -1,4 +1,4 @@
-//! The commands that measure, from outside: benches, sweeps, comparisons and reports.
+//! Tests of the commands that measure: bench, sweep, compare and report.
 
 mod bench;
 mod compare;

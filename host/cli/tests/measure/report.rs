@@ -1,4 +1,4 @@
-//! `caustics report` from outside: what is in the page and beside it, and what is refused.
+//! `caustics report` from outside: the page, its files, and refusals.
 
 mod fixture;
 
@@ -20,7 +20,7 @@ fn report(dir: &TestDir, arguments: &[&str]) -> Run {
     run
 }
 
-/// Makes the page `report.html` and returns its text and its document. The run must succeed.
+/// Writes the page `report.html`. Returns its text and its document. The run must succeed.
 #[track_caller]
 fn write_page(dir: &TestDir, arguments: &[&str]) -> (String, Html) {
     report(dir, &[arguments, &["-o", "report.html"]].concat()).expect_success(arguments);
@@ -42,15 +42,15 @@ fn rows(path: &Path) -> Vec<BTreeMap<String, String>> {
     reader.deserialize().map(|row| row.unwrap()).collect()
 }
 
-/// Nothing is loaded from anywhere, and every image is in the page once.
+/// The page loads nothing from elsewhere, and holds every image once.
 #[test]
-fn the_page_needs_nothing_but_itself() {
+fn the_page_loads_nothing_from_elsewhere() {
     let dir = TestDir::new();
     fixture::write(&dir.path("results"));
     let (text, page) = write_page(&dir, &["results"]);
     assert!(
         !text.contains("http:") && !text.contains("https:") && !text.contains("url("),
-        "the page points elsewhere"
+        "the page loads something from elsewhere"
     );
     assert!(!text.contains("@import") && select(&page, "[src], iframe, object, embed").is_empty());
     let links: Vec<&str> = select(&page, "link").iter().filter_map(|link| link.attr("href")).collect();
@@ -95,7 +95,7 @@ fn every_configuration_is_in_its_charts_and_files() {
         }
         assert!(select(&page, &format!("#scene-{slug} [data-chart=relmse-caustics]")).is_empty());
     }
-    // No configuration of the still scene has frames.
+    // Only the scene that moves has charts over frames.
     assert!(dir.path("report_files/moving-b-glass-frame-flip.svg").exists());
     assert!(!dir.path("report_files/mirror-room-frame-flip.svg").exists());
     let all = rows(&dir.path("report_files/cells.csv"));
@@ -171,7 +171,7 @@ fn a_hostile_commit_is_shown_as_text_and_in_no_command() {
 }
 
 #[test]
-fn what_was_not_measured_is_left_out_and_missing_path_tracing_is_said() {
+fn missing_measures_are_left_out_and_missing_path_tracing_is_noted() {
     let dir = TestDir::new();
     let mut runs = fixture::write(&dir.path("whole"));
     runs.retain(|run| run.config.scene == "mirror-room" && run.config.text(&METHOD) != "path");
@@ -230,7 +230,7 @@ fn parts_hold_the_data_they_are_about() {
 }
 
 #[test]
-fn what_cannot_be_read_or_written_is_named() {
+fn unreadable_and_unwritable_files_are_named() {
     let dir = TestDir::new();
     let runs = fixture::write(&dir.path("results"));
     #[track_caller]
@@ -267,7 +267,7 @@ fn what_cannot_be_read_or_written_is_named() {
 }
 
 #[test]
-fn a_picture_from_elsewhere_is_not_shown() {
+fn an_image_outside_the_folder_is_not_shown() {
     let dir = TestDir::new();
     let runs = fixture::write(&dir.path("results"));
     let mut run = runs[3].clone();
@@ -282,7 +282,7 @@ fn a_picture_from_elsewhere_is_not_shown() {
 }
 
 #[test]
-fn names_and_numbers_at_the_end_of_what_there_is_are_drawn() {
+fn extreme_names_and_numbers_are_drawn() {
     let dir = TestDir::new();
     let runs = fixture::write(&dir.path("all"));
     let name = format!("{}\u{1}\u{7}", "long".repeat(100));
@@ -306,7 +306,7 @@ fn names_and_numbers_at_the_end_of_what_there_is_are_drawn() {
 }
 
 #[test]
-fn what_differs_from_a_baseline_is_in_a_table_and_all_scenes_are_on_top() {
+fn differences_to_a_baseline_have_a_table_and_all_scenes_an_overview() {
     let dir = TestDir::new();
     let mut runs = fixture::write(&dir.path("after"));
     fixture::write(&dir.path("before"));

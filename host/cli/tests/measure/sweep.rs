@@ -1,4 +1,4 @@
-//! `caustics sweep` from outside: what it measures, what it keeps, how it is shared out, and what it refuses.
+//! `caustics sweep` from outside: measures, results on disk, shards, and refusals.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -14,11 +14,11 @@ use caustics_kernels::history;
 
 use crate::test_dir::{BINARY, Run, TestDir};
 
-/// Tiny images of time and error.
+/// Tables for tiny images, of time and of error.
 const TABLES: &str = "[time]\nwidth = 40\nheight = 24\nframes = 3\nwarm_up = 1\n\
                       [error]\nwidth = 32\nheight = 20\nseeds = 2\nreference_frames = 16\nframes = 3\n";
 
-/// Folder of an experiment, with references of its own.
+/// Folder of an experiment whose references are its own.
 struct SweepDir(TestDir);
 
 impl SweepDir {
@@ -85,8 +85,8 @@ fn a_dry_run_counts_every_configuration_once_and_measures_nothing() {
     let dir = SweepDir::new(&experiment);
     let Run { stdout, stderr, .. } = dir.sweep(&["e.toml", "--dry-run"]);
     let software = variant::ALL.iter().filter(|gather| !gather.hardware).count();
-    // The path tracer is one configuration for each number of bounces, whatever is gathered. The second matrix adds only
-    // what moves.
+    // The path tracer has one configuration for each number of bounces, whatever the gather. The second matrix adds only
+    // the scene that moves.
     let still = 2 * (software * 2 * 2 * 2 + 1);
     let lines: Vec<&str> = stdout.lines().filter(|line| line.starts_with("missing")).collect();
     let missing = |scene: &str| lines.iter().filter(|line| line.contains(scene)).count();
@@ -96,7 +96,7 @@ fn a_dry_run_counts_every_configuration_once_and_measures_nothing() {
     }
     assert_eq!((missing("mirror-room"), missing("moving-caster")), (still, 2), "{stdout}");
     assert_eq!(lines.iter().collect::<BTreeSet<_>>().len(), lines.len());
-    // One for each number of bounces of the still scene, one for each frame of the other.
+    // The still scene has one reference for each number of bounces, the other scene one for each frame.
     let last = stdout.lines().last().unwrap();
     assert_eq!(last, format!("{} run configurations, 0 done; {} references, 0 kept", still + 2, 2 + 3));
     assert!(stderr.contains("points-rt needs ray queries"), "{stderr}");
@@ -108,10 +108,10 @@ mod long {
 
     #[test]
     #[ignore = "makes scenes of a million triangles"]
-    fn the_scenes_of_the_experiments_are_there() {
+    fn the_scenes_of_the_experiments_exist() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
         let dir = SweepDir::new("");
-        // A dry run reads its scenes too.
+        // A dry run reads the experiment's scenes too.
         for name in caustics_scenes::ON_DEMAND {
             caustics_scenes::make(name, &dir.path(scene::MADE), false).unwrap();
         }
@@ -140,7 +140,7 @@ fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing(
     let results = dir.results("out");
     for RunResult { identity, config, time, error, .. } in &results {
         let (time, error) = (time.as_ref().unwrap(), error.as_ref().unwrap());
-        // The same paths a pixel in both sizes.
+        // Both sizes have the same number of paths a pixel.
         let paths =
             |width: f64, height: f64| (config.number(&PATHS_PER_PIXEL) * width * height).round() as u32;
         assert_eq!((time.light_paths, error.light_paths), (paths(40.0, 24.0), paths(32.0, 20.0)));
@@ -151,7 +151,7 @@ fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing(
             assert!(png.starts_with(b"\x89PNG"), "{identity}");
         }
     }
-    // JSON, image and map of each run configuration; one reference.
+    // Each run configuration has a JSON, an image and a map; there is one reference.
     assert_eq!(whole.len(), 2 * 3 + 1);
     let table = std::fs::read_to_string(dir.path("out/cells.csv")).unwrap();
     assert_eq!(table.lines().count(), 3);
@@ -163,7 +163,7 @@ fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing(
     let stdout = dir.sweep(&["e.toml", "-o", "out", "--dry-run"]).stdout;
     assert!(stdout.contains("2 run configurations, 2 done; 1 references, 1 kept"), "{stdout}");
 
-    // Without its errors a run configuration is unfinished: they are measured, its times are kept.
+    // A result without errors is incomplete: errors are measured, times are kept.
     let part = RunResult { error: None, ..results[0].clone() };
     store::write(&dir.path("out"), &part).unwrap();
     let stderr = dir.sweep(&["e.toml", "-o", "out"]).stderr;
@@ -171,7 +171,7 @@ fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing(
     let again = &dir.results("out")[0];
     assert_eq!((&again.time, &again.error), (&results[0].time, &results[0].error), "the same bits");
 
-    // Another seed makes another result.
+    // Another seed gives another result.
     dir.write(&format!("seed = 5\n{}", std::fs::read_to_string(dir.path("e.toml")).unwrap()));
     let stdout = dir.sweep(&["e.toml", "-o", "out", "--dry-run"]).stdout;
     assert!(stdout.contains("2 run configurations, 0 done; 1 references, 1 kept"), "{stdout}");
@@ -179,7 +179,7 @@ fn a_finished_sweep_measures_nothing_anew_and_an_unfinished_one_what_is_missing(
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_sweep_keeps_what_was_done() {
+fn an_interrupted_sweep_keeps_finished_results() {
     let dir = SweepDir::new(
         &matrix("method = [\"basic\"]\npaths_per_pixel = [0.5, 1, 2]")
             .replace("reference_frames = 16", "reference_frames = 100000"),
@@ -191,7 +191,7 @@ fn an_interrupted_sweep_keeps_what_was_done() {
         .stderr(std::process::Stdio::null())
         .spawn()
         .unwrap();
-    // Times come first, then an endless reference.
+    // Times come first, then a reference that never ends.
     let start = std::time::Instant::now();
     while !dir.path("out/cells").exists() || dir.results("out").len() < 3 {
         assert!(start.elapsed() < Duration::from_secs(60), "no time was written");
@@ -207,7 +207,7 @@ fn an_interrupted_sweep_keeps_what_was_done() {
 #[test]
 fn shards_are_disjoint_and_merge_to_the_whole() {
     let lines = "method = [\"basic\", \"path\"]\nhistory = [\"none\", \"paper\"]\npaths_per_pixel = [1, 2]";
-    // Times alone: a second is enough.
+    // Measure times only, which takes a second.
     let experiment = matrix(lines).replace("frames = 3\nwarm_up = 1", "frames = 1\nwarm_up = 0");
     let error = experiment.find("[error]").unwrap()..experiment.find("[[matrix]]").unwrap();
     let dir = SweepDir::new(&(experiment[..error.start].to_string() + &experiment[error.end..]));
@@ -222,7 +222,7 @@ fn shards_are_disjoint_and_merge_to_the_whole() {
     let Run { code, stderr, .. } = dir.run(&["e.toml", "-o", "two"], &slurm);
     assert!(code == Some(0) && stderr.contains("part 2 of 2"), "{stderr}");
     assert!(identities("one").is_disjoint(&identities("two")));
-    // All ratios are to one run configuration, whichever shard has it.
+    // All ratios refer to one run configuration, whichever shard has it.
     let firsts: BTreeSet<String> = ["one", "two"]
         .iter()
         .flat_map(|folder| dir.results(folder))
@@ -233,7 +233,7 @@ fn shards_are_disjoint_and_merge_to_the_whole() {
     assert_eq!(identities("both"), identities("whole"), "{stderr}");
     let table = std::fs::read_to_string(dir.path("both/cells.csv")).unwrap();
     assert_eq!(table.lines().count(), 1 + identities("whole").len());
-    // One folder for both is the same.
+    // Both shards may write to one folder.
     for job in ["1", "2"] {
         let arguments = ["e.toml", "-o", "shared", "--shards", "2"];
         dir.run(&arguments, &[("PARALLEL_SEQ", job)]).expect_success(&arguments);
@@ -257,21 +257,21 @@ fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
         };
         results.iter().find(is).and_then(|result| result.error.clone()).unwrap()
     };
-    // 32 times the paths: a 32nd of the variance; what is left of it is bias of the radius, so a quarter is asked for.
+    // 32 times the paths give a 32nd of the variance. The radius leaves a bias, so the test demands a quarter.
     let (few, many) = (error("none", 0.125), error("none", 4.0));
     assert!(
         many.get(&RELMSE_CAUSTICS).unwrap() < few.get(&RELMSE_CAUSTICS).unwrap() / 4.0,
         "{few:?} {many:?}"
     );
-    // FLIP is no witness: it calls missing caustics a smaller error than speckled ones.
+    // Use the variance, since FLIP rates missing caustics as a smaller error than speckled ones.
     assert!(many.get(&CAUSTICS_VARIANCE).unwrap() < few.get(&CAUSTICS_VARIANCE).unwrap() / 8.0);
-    // The mean of three frames has less noise than one.
+    // The mean of three frames has less noise than one frame.
     let kept = error("validated", 0.125);
     assert!(
         kept.get(&RELMSE_CAUSTICS).unwrap() < 0.8 * few.get(&RELMSE_CAUSTICS).unwrap(),
         "{kept:?} {few:?}"
     );
-    // All share one reference.
+    // All results share one reference.
     let references: BTreeSet<_> =
         results.iter().map(|result| result.error.clone().unwrap().reference).collect();
     assert_eq!(references.len(), 1);
@@ -279,7 +279,7 @@ fn errors_fall_with_the_paths_and_histories_are_measured_at_their_last_frame() {
 
 #[test]
 fn the_method_of_the_reference_comes_near_it_and_few_paths_do_not() {
-    // The reference has 16 frames of 4 paths a pixel: 64 in one frame are as many, with radii that have not shrunk.
+    // The reference has 16 frames of 4 paths a pixel. A frame of 64 has as many, with radii that have not shrunk.
     let dir = SweepDir::new(&matrix(
         "method = [\"progressive\", \"path\"]\nemission = [\"power\"]\npaths_per_pixel = [0.125, 64]",
     ));
@@ -293,7 +293,7 @@ fn the_method_of_the_reference_comes_near_it_and_few_paths_do_not() {
         results.iter().find(is).and_then(|result| result.error.clone()).unwrap()
     };
     let (few, own, path) = (error("progressive", 0.125), error("progressive", 64.0), error("path", 0.0));
-    // 512 times the paths: a 22nd of the noise; half of its FLIP leaves room for what the radii blur.
+    // 512 times the paths give a 22nd of the noise. The test demands half of the FLIP, since the radii blur.
     assert!(own.get(&FLIP_CAUSTICS).unwrap() < few.get(&FLIP_CAUSTICS).unwrap() / 2.0, "{own:?} {few:?}");
     assert!(
         path.get(&FLIP).unwrap() > own.get(&FLIP).unwrap(),
@@ -318,7 +318,7 @@ fn scenes_that_move_are_measured_frame_by_frame() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_file_line_and_key() {
+fn errors_name_file_line_and_key() {
     let fine = matrix("method = [\"basic\"]\npaths_per_pixel = [1]");
     for (from, to, named) in [
         ("runner", "runer", &["e.toml", "line 15", "runer"][..]),
@@ -352,8 +352,8 @@ fn what_is_wrong_is_named_with_file_line_and_key() {
 }
 
 #[test]
-fn a_time_that_cannot_be_met_is_said_in_the_result() {
-    // No frame takes a microsecond, on any machine.
+fn a_time_that_cannot_be_met_is_noted_in_the_result() {
+    // No machine renders a frame in a microsecond.
     let dir = SweepDir::new(&matrix("method = [\"basic\", \"path\"]\nequal_time_ms = 1e-3"));
     dir.sweep(&["e.toml", "-o", "out"]);
     let results = dir.results("out");
@@ -367,7 +367,7 @@ fn a_time_that_cannot_be_met_is_said_in_the_result() {
             has_paths,
             "{note:?}"
         );
-        // The search went down from one a pixel; a disturbed machine decides which of its trials was the fastest.
+        // The search starts at one path a pixel and goes down; noise of the machine decides which trial was the fastest.
         let max_paths = if has_paths { 1.0 } else { 0.0 };
         assert!(config.number(&PATHS_PER_PIXEL) <= max_paths, "{config:?}");
     }
@@ -387,7 +387,7 @@ fn more_configurations_than_can_be_measured_are_refused_before_they_are_made() {
 }
 
 #[test]
-fn a_result_that_names_another_place_is_not_merged() {
+fn a_result_that_names_another_folder_is_not_merged() {
     let dir = SweepDir::new("");
     std::fs::create_dir_all(dir.path("d/cells")).unwrap();
     dir.0.write("precious.json", "precious");

@@ -1,4 +1,4 @@
-//! `caustics animate` from outside: a file each frame, and runs that go on to the same bytes.
+//! `caustics animate` from outside: one file per frame, and runs that resume to the same bytes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ fn arguments<'a>(scene: &'a str, options: &[&'a str]) -> Vec<&'a str> {
     [&["animate", scene, "-o", "f/##.exr"], &TINY[..], options].concat()
 }
 
-/// Folder of one animation.
+/// Folder of an animation.
 struct AnimationDir(TestDir);
 
 impl AnimationDir {
@@ -56,7 +56,7 @@ impl AnimationDir {
         self.0.refuses(&arguments(scene, options), 2, words);
     }
 
-    /// The files of the animation by name.
+    /// Files of the animation by name.
     fn files(&self) -> BTreeMap<String, Vec<u8>> {
         let entries = self.path("f").read_dir().unwrap().map(|entry| entry.unwrap());
         entries
@@ -75,7 +75,7 @@ impl AnimationDir {
     }
 }
 
-/// Frames of a report that were rendered, and whether they were written.
+/// Indices of a report's rendered frames, and whether they were written.
 fn rendered(report: &Value) -> Vec<(u64, bool)> {
     let frames = report["frames"].as_array().unwrap().iter();
     frames.map(|frame| (frame["frame"].as_u64().unwrap(), frame["written"].as_bool().unwrap())).collect()
@@ -96,7 +96,7 @@ fn assert_same(a: &AnimationDir, b: &AnimationDir) {
 #[test]
 fn every_frame_is_a_file_of_its_time() {
     let dir = AnimationDir::new();
-    // Two seconds at two frames each.
+    // The animation has two seconds of two frames each.
     let report = dir.report("animated-light", &["--fps", "2"]);
     assert_eq!(dir.names(), ["00.exr", "01.exr", "02.exr", "03.exr"]);
     assert_eq!(rendered(&report), [(0, true), (1, true), (2, true), (3, true)]);
@@ -111,7 +111,7 @@ fn every_frame_is_a_file_of_its_time() {
         assert_eq!(image.attributes["time_s"], (f64::from(frame) / 2.0).to_string());
     }
 
-    // Without history the first frame is what `render` shows of that time, but for the random numbers of frame 0.
+    // Without history, the first frame equals `render` at that time, except for the random numbers of frame 0.
     let still = AnimationDir::new();
     still.animate("animated-light", &["--frames", "0..1", "--fps", "1", "--history", "none"]);
     let render = ["render", "animated-light", "-o", "r.exr", "--preset", "frame"];
@@ -119,7 +119,7 @@ fn every_frame_is_a_file_of_its_time() {
     let ours = Channels::read(&still.path("f/00.exr")).unwrap().channels;
     assert_eq!(ours, Channels::read(&still.path("r.exr")).unwrap().channels);
 
-    // The camera stands still: what differs beyond noise is the light, so the same random numbers tell two times apart.
+    // The camera is at rest, so only the light differs: equal random numbers tell the two times apart.
     let later = AnimationDir::new();
     later.animate("animated-light", &["--frames", "1..2", "--fps", "1", "--history", "none"]);
     let sooner = AnimationDir::new();
@@ -176,13 +176,13 @@ fn a_longer_run_goes_on_from_a_shorter_one() {
     dir.animate("animated-camera", &["--frames", "0..3"]);
     dir.animate("animated-camera", &["--frames", "0..6", "--threads", "1"]);
     assert_same(&dir, &whole);
-    // What is reused is seen: the same frame is another without those before it.
+    // Reused light is visible: without the frames before it, the frame differs.
     let short = AnimationDir::new();
     short.animate("animated-camera", &["--frames", "5..6"]);
     assert_ne!(short.files()["05.exr"], whole.files()["05.exr"]);
 }
 
-/// Starts an endless run, ends it by a signal once it has some frames; its exit code.
+/// Starts an endless run and ends it by a signal once it has some frames. Returns its exit code.
 #[cfg(unix)]
 fn end_early(dir: &AnimationDir, scene: &str, options: &[&str], signal: &str) -> Option<i32> {
     let mut child = std::process::Command::new(BINARY)
@@ -223,14 +223,14 @@ fn an_interrupted_or_killed_run_goes_on_from_its_state() {
             &["max_bounces"],
         );
 
-        // One frame that is there is lost too: the state is of a frame behind it, or it is rendered.
+        // Remove one finished frame too: the state is of a later frame, or the frame is rendered again.
         let range = format!("0..{}", done + 2);
         let options = [options, &["--frames", &range]].concat();
         let report = dir.report(scene, &options);
         let frames = rendered(&report);
         assert!(frames[0].0 + 2 > done as u64 && frames.len() <= 4, "{scene}: {frames:?} of {done}");
         assert!(!dir.path("f/animation.state").exists());
-        // Nothing is left of what a killed run was about to write.
+        // A killed run leaves no partial file.
         assert!(dir.names().iter().all(|name| !name.starts_with('.')), "{:?}", dir.names());
         let whole = AnimationDir::new();
         whole.animate(scene, &options);
@@ -245,7 +245,7 @@ fn a_state_helps_only_frames_behind_it_and_of_its_run() {
     let (dir, whole) = (AnimationDir::new(), AnimationDir::new());
     assert_eq!(end_early(&dir, scene, &[], "INT"), Some(130));
     let state = dir.files()["animation.state"].clone();
-    // One whose checksum is right and whose numbers are none
+    // A file with a right checksum and invalid numbers.
     let (head, payload) = sealed::open::<Value>("animation", &state).unwrap();
     let crafted = vec![0xff; payload.len()];
     let crafted = sealed::seal("animation", &head, |bytes| bytes.extend(crafted)).unwrap();
@@ -254,7 +254,7 @@ fn a_state_helps_only_frames_behind_it_and_of_its_run() {
     let words = ["animation.state", "is damaged", "not finite", "remove it"];
     dir.refuses(scene, &["--frames", &more], &words);
     dir.0.write("f/animation.state", &state);
-    // The state holds light of frames behind the one that is missing.
+    // The state holds light of frames after the missing one.
     let range = format!("0..{}", dir.names().len() - 1);
     dir.remove(&["02.exr"]);
     let report = dir.report(scene, &["--frames", &range]);
@@ -263,7 +263,7 @@ fn a_state_helps_only_frames_behind_it_and_of_its_run() {
     std::fs::remove_file(dir.path("f/animation.state")).unwrap_or_default();
     assert_same(&dir, &whole);
 
-    // Without frames the state alone says what differs.
+    // Without frames, the state alone shows the difference.
     for name in dir.names() {
         dir.remove(&[&name]);
     }
@@ -294,7 +294,7 @@ fn frames_of_another_run_are_refused_by_what_differs() {
         (["--denoiser", "none"], ["01.exr", "denoiser", "\"atrous\", not \"none\""]),
         (["--fps", "12"], ["01.exr", "fps", "\"24\", not \"12\""]),
     ] {
-        // An option that TINY has already is given once.
+        // An option of TINY is given only once.
         let animate = ["animate", "animated-light", "-o", "f/##.exr"].into_iter().chain(frames);
         let tiny = TINY.chunks(2).filter(|pair| pair[0] != options[0]).flatten().copied();
         let arguments: Vec<&str> = animate.chain(tiny).chain(options).collect();
@@ -303,7 +303,7 @@ fn frames_of_another_run_are_refused_by_what_differs() {
     dir.refuses("moving-caster", &frames, &["01.exr", "scene", "animated-light", "moving-caster"]);
     dir.refuses("animated-light", &["--frames", "0..3"], &["01.exr", "first_frame", "\"1\", not \"0\""]);
     assert_eq!(dir.files(), before);
-    // A frame under the name of another.
+    // A frame has the name of another.
     std::fs::copy(dir.path("f/01.exr"), dir.path("f/02.exr")).unwrap();
     dir.refuses("animated-light", &frames, &["02.exr", "frame", "\"1\", not \"2\""]);
     dir.animate("animated-light", &["--frames", "1..3", "--force"]);
@@ -316,7 +316,7 @@ fn frames_of_another_run_are_refused_by_what_differs() {
 }
 
 #[test]
-fn what_cannot_be_an_animation_is_a_usage_error() {
+fn invalid_animations_are_usage_errors() {
     let dir = AnimationDir::new();
     for name in ["a.exr", "#a#.exr", "####.png", "#/a.exr"] {
         let animate = ["animate", "animated-light", "-o", name];
@@ -331,7 +331,7 @@ fn what_cannot_be_an_animation_is_a_usage_error() {
     dir.refuses("animated-light", &["--frames", "3..3"], &["A..B"]);
     dir.refuses("animated-light", &["--resume"], &["--resume"]);
     assert!(!dir.path("f").exists());
-    // Nobody's PNG is overwritten.
+    // A PNG of another origin is not overwritten.
     std::fs::create_dir(dir.path("f")).unwrap();
     dir.0.write("f/01.png", "mine");
     dir.refuses("animated-light", &["--frames", "0..2", "--png"], &["01.png", "--force"]);
@@ -360,7 +360,7 @@ fn pngs_are_those_of_the_frames_whenever_they_are_written() {
         let messages = later.animate("animated-light", &[options, &["--png"]].concat());
         assert!(messages.contains("nothing to render"));
         assert_same(&later, &at_once);
-        // Their exposure is that of the first frame, also where that one is missing.
+        // The exposure is the first frame's, even where its file is missing.
         later.remove(&["00.exr", "00.png", "01.png"]);
         later.animate("animated-light", &[options, &["--png"]].concat());
         assert_same(&later, &at_once);
@@ -380,7 +380,7 @@ fn without_ffmpeg_there_are_pngs_and_a_warning() {
     assert_eq!(dir.names(), ["00.exr", "00.png", "01.exr", "01.png"]);
 }
 
-/// A program in the place of ffmpeg, which writes what it was asked into the video.
+/// A script replaces ffmpeg and writes its arguments into the video.
 #[cfg(unix)]
 #[test]
 fn a_video_is_made_of_the_pngs() {
@@ -404,7 +404,7 @@ fn a_video_is_made_of_the_pngs() {
     for word in ["-framerate 24", "-start_number 1", "-i f/%02d.png", "-frames:v 2"] {
         assert!(asked.contains(word), "{asked}");
     }
-    // A longer animation replaces its own video, and nobody else's.
+    // A longer animation replaces its own video, but no other file.
     assert_eq!(video("1..4").code, Some(0));
     assert!(std::fs::read_to_string(dir.path("f/animation.mp4")).unwrap().contains("-frames:v 3"));
     dir.0.write("f/animation.mp4", "mine");
@@ -423,7 +423,7 @@ fn damaged_frames_are_rendered_anew_to_the_same_bytes() {
     let options = ["--frames", "0..4", "--history", "none", "--emission", "power"];
     dir.animate("animated-light", &options);
     let whole = dir.files();
-    // One is cut off behind its header, of another a bit of its last pixels is flipped.
+    // One file is cut off after its header; a bit in the last pixels of another is flipped.
     let cut = &whole["01.exr"];
     dir.0.write("f/01.exr", &cut[..3 * cut.len() / 4]);
     let mut flipped = whole["03.exr"].clone();

@@ -1,4 +1,4 @@
-//! `--aov`: layers for other tools, as a file has them.
+//! `--aov`: additional layers in a file.
 
 use caustics::image_file::Channels;
 
@@ -11,7 +11,7 @@ fn tiny<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     [arguments, &TINY].concat()
 }
 
-/// The layers of a file that are not made without being asked for.
+/// Layers of a file that are written only on request.
 fn layers(image: &Channels) -> Vec<&str> {
     let names = image.channels.keys().map(String::as_str);
     names
@@ -20,7 +20,7 @@ fn layers(image: &Channels) -> Vec<&str> {
 }
 
 #[test]
-fn what_is_asked_for_is_there_and_nothing_else() {
+fn only_requested_layers_are_written() {
     let dir = TestDir::new();
     let read = |name: &str| Channels::read(&dir.path(name)).unwrap();
     dir.succeeds(&tiny(&["render", "mirror-room", "-o", "plain.exr", "--frames", "2"]));
@@ -32,7 +32,7 @@ fn what_is_asked_for_is_there_and_nothing_else() {
     assert_eq!(image.attributes["aov"], "normal,material");
     let names: Vec<String> = serde_json::from_str(&image.attributes["materials"]).unwrap();
     let material = &image.channels["material.V"];
-    // In the mirror are things, not the mirror.
+    // The mirror's pixels describe the objects visible in it.
     let mirror = names.iter().position(|name| name == "mirror").unwrap() as f32;
     assert!(material.iter().all(|&index| index != mirror && index < names.len() as f32), "{material:?}");
     for color in ["R", "G", "B"] {
@@ -46,7 +46,7 @@ fn what_is_asked_for_is_there_and_nothing_else() {
     dir.refuses(&tiny(&["render", "mirror-room", "-o", "b.exr", "--aov", "beauty"]), 2, &["motion"]);
 }
 
-/// A camera that moves: a frame that is rendered again alone has the bytes that it had after the frames before it.
+/// The camera moves. A frame that is rendered again alone has the same bytes as after the frames before it.
 #[test]
 fn motion_is_from_the_frame_before_whether_it_is_rendered_or_not() {
     let dir = TestDir::new();

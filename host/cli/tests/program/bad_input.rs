@@ -1,5 +1,5 @@
-//! Bad input: an error that names the file or the flag and says what to do, exit code 1 or 2, never a panic, and no
-//! file left behind.
+//! Bad input gives an error that names the file or the flag and says what to do, and exit code 1 or 2. It never panics and
+//! leaves no file behind.
 
 mod bounds;
 mod document;
@@ -19,10 +19,10 @@ use serde_json::Value;
 
 use crate::test_dir::{BINARY, Run, TestDir};
 
-/// The smallest render that still shoots light paths.
+/// Options of the smallest render that still shoots light paths.
 const TINY: [&str; 8] = ["--width", "16", "--height", "9", "--light-paths", "1000", "--runner", "cpu"];
 
-/// Runs a line of shell with the program as `$0`.
+/// Runs a line of shell, which gets the program as `$0`.
 #[cfg(unix)]
 fn shell(dir: &TestDir, line: &str) -> Run {
     let output = Command::new("sh")
@@ -35,7 +35,7 @@ fn shell(dir: &TestDir, line: &str) -> Run {
     Run { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
 }
 
-/// Every file below a folder.
+/// All files below a folder.
 fn listing(folder: &Path) -> BTreeSet<PathBuf> {
     let mut files = BTreeSet::new();
     for entry in folder.read_dir().unwrap() {
@@ -48,7 +48,7 @@ fn listing(folder: &Path) -> BTreeSet<PathBuf> {
     files
 }
 
-/// Why a run is no proper refusal; none if it is one.
+/// Returns why a run is not a proper refusal; none if it is one.
 fn fault(run: &Run, code: i32, words: &[&str]) -> Option<String> {
     let missing: Vec<_> = words.iter().filter(|word| !run.stderr.contains(**word)).collect();
     let fault = if run.code != Some(code) {
@@ -83,7 +83,7 @@ fn render_refuses(dir: &TestDir, scene: &str, options: &[&str], code: i32, words
     refuses(dir, &arguments, code, words);
 }
 
-/// A committed scene, to be spoilt: its document and its buffer.
+/// A committed scene to damage: its document and its buffer.
 pub struct Scene {
     pub json: Value,
     binary: Vec<u8>,
@@ -105,7 +105,7 @@ impl Scene {
         self
     }
 
-    /// The scene as a binary container.
+    /// Returns the scene as a binary container.
     fn container(&self) -> Vec<u8> {
         let mut json = self.json.clone();
         json["buffers"][0].as_object_mut().unwrap().remove("uri");
@@ -120,7 +120,7 @@ impl Scene {
         out
     }
 
-    /// Where the buffer holds an accessor of the first mesh's first primitive.
+    /// Offset in the buffer of an accessor of the first mesh's first primitive.
     fn offset(&self, accessor: &Value) -> usize {
         let accessor = &self.json["accessors"][accessor.as_u64().unwrap() as usize];
         let view = &self.json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
@@ -143,7 +143,7 @@ impl Scene {
         nodes.iter().position(|node| node["name"] == name).unwrap()
     }
 
-    /// Demands a refusal where nothing may be replaced; else an image, and a warning with these words.
+    /// Expects a refusal with --strict; without it, expects an image and a warning with these words.
     #[track_caller]
     fn replaces(&self, words: &[&str]) {
         self.write();
@@ -163,7 +163,7 @@ impl Scene {
 }
 
 #[test]
-fn faults_are_found() {
+fn detects_runs_that_are_no_proper_refusal() {
     let run = |code, stderr: &str| Run { code, stdout: String::new(), stderr: stderr.into() };
     assert!(fault(&run(Some(1), "error: a.gltf: repair it"), 1, &["a.gltf"]).is_none());
     assert!(fault(&run(Some(2), "error: a.gltf"), 1, &["a.gltf"]).is_some());

@@ -1,4 +1,4 @@
-//! The program as a person uses it: what it prints, what it writes, how it ends.
+//! Typical use of the program: output, files and exit codes.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
@@ -22,7 +22,7 @@ fn render(dir: &TestDir, scene: &str, out: &str, options: &[&str]) -> Run {
     dir.succeeds(&[&["render", scene, "-o", out, "--runner", "cpu"], options].concat())
 }
 
-/// An EXR file: its size and its channels.
+/// Size and channels of an EXR file.
 struct ExrImage {
     size: (usize, usize),
     channels: BTreeMap<String, Vec<f32>>,
@@ -70,13 +70,13 @@ fn scenes_are_listed_described_and_made() {
     assert!(!info["features"].as_array().unwrap().contains(&"glass".into()));
 }
 
-/// Makes a scene, and renders it by its name: what `scene info` says of it.
+/// Makes a scene on demand and renders it by its name. Returns the JSON of `scene info`.
 fn made_on_demand(name: &str) -> Value {
     let dir = TestDir::new();
     assert!(
         dir.succeeds(&["scene", "list"]).stdout.lines().any(|line| line.starts_with(&format!("{name} ")))
     );
-    // Without -o it goes where the name is looked for.
+    // Without -o, the scene is written where its name is searched for.
     let file = format!("scenes/generated/{name}/scene.gltf");
     let made = dir.succeeds(&["scene", "make", name]).stdout;
     assert_eq!(Path::new(made.trim()), Path::new(&file));
@@ -107,13 +107,13 @@ mod long {
         let info = made_on_demand("bar");
         assert!(info["triangles"].as_u64().unwrap() >= 500_000, "{}", info["triangles"]);
         assert_eq!(info["cameras"], json!(["main", "counter"]));
-        // Eleven lamps of six triangles each.
+        // The scene has eleven lamps of six triangles each.
         assert_eq!(info["lights"], 66);
         let features = info["features"].as_array().unwrap();
         for need in ["casters", "receivers", "area-lights", "mirror", "glass", "absorption", "coat"] {
             assert!(features.contains(&need.into()), "{need} is not in {features:?}");
         }
-        // Nobody stands inside of glass: no kernel has to look for media at the eye and the lamps.
+        // The eye and the lamps are outside of glass, so no kernel has to search for initial media.
         assert!(!features.contains(&"starts-in-medium".into()), "{features:?}");
     }
 }
@@ -132,7 +132,7 @@ fn devices_are_listed_or_missed_with_exit_code_4() {
         assert_eq!(run.code, Some(4));
     }
 
-    // A driver that is not there, whatever the machine has.
+    // Replace the driver by one that does not exist.
     for arguments in [
         &["device"][..],
         &["render", "ring", "-o", "out.exr", "--runner", "gpu"],
@@ -188,7 +188,7 @@ fn a_render_reports_times_counters_needs_and_device() {
 }
 
 #[test]
-fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
+fn images_have_their_size_and_layers_and_beauty_is_their_sum() {
     let dir = TestDir::new();
     let options = ["--png", "out.png", "--width", "48", "--height", "27", "--light-paths", "200000"];
     render(&dir, "mirror-room", "out.exr", &options);
@@ -210,7 +210,7 @@ fn pictures_have_their_size_and_layers_and_beauty_is_their_sum() {
         assert!(image.sum(&format!("path.{channel}")) > 0.0);
         assert!(image.sum(&format!("caustics.{channel}")) > 0.0);
     }
-    // Points have a radius exactly where they have a depth, and photons only there.
+    // Exactly the points with a depth have a radius, and only those have photons.
     for ((radius, depth), photons) in image.channels["points.radius"]
         .iter()
         .zip(&image.channels["points.depth"])
@@ -235,15 +235,15 @@ fn more_frames_have_less_noise() {
             render(&dir, "mirror-room", "out.exr", &options);
             ExrImage::read(&dir.path("out.exr"))
         });
-        // The path layer: caustics of so few paths are a handful of bright pixels.
+        // Use the path layer: caustics of so few paths are a handful of bright pixels.
         let pairs = a.channels["path.G"].iter().zip(&b.channels["path.G"]);
         let mut squares: Vec<f64> = pairs.map(|(a, b)| f64::from(a - b).powi(2)).collect();
-        // Without the brightest hundredth, which one rare path in one of the runs may be.
+        // Leave out the brightest hundredth, which may be one rare path of one run.
         squares.sort_unstable_by(f64::total_cmp);
         squares[..squares.len() * 99 / 100].iter().sum::<f64>()
     };
     let ratio = noise("64") / noise("1");
-    // At most 1/64 in the mean.
+    // The expected ratio is at most 1/64.
     assert!(ratio < 1.0 / 16.0, "{ratio}");
 }
 
@@ -259,7 +259,7 @@ fn code_that_a_scene_does_not_need_changes_no_bit() {
     }
 }
 
-/// Passes are compiled twice for the CPU; which of them makes an image, and by which BVH its rays are traced, is not to be seen.
+/// Passes are compiled twice for the CPU. The image does not depend on the version, nor on the BVH that its rays use.
 #[test]
 fn every_cpu_makes_the_same_bits() {
     let dir = TestDir::new();
@@ -295,7 +295,7 @@ fn a_scene_without_casters_shoots_nothing() {
     }
 }
 
-/// Whether the camera's ray through each pixel's centre meets the wall mirror first.
+/// Whether the camera's ray through each pixel's centre first hits the wall mirror.
 fn mirror_region(width: usize, height: usize) -> Vec<bool> {
     let scene = Scene::load(&resolve("mirror-room").unwrap()).unwrap();
     let camera = scene.cameras[0].camera(width as u32, height as u32);
@@ -332,7 +332,7 @@ fn caustics_of_the_mirror_room_are_seen_in_the_mirror() {
     assert!(all > 0.0 && inside > 0.95 * all, "{inside} of {all}");
     assert!((0.05..0.8).contains(&area), "{area}");
 
-    // Points in the mirror stand behind it; those beside it are primary hits.
+    // Points seen in the mirror come after a mirror vertex; those beside it are primary hits.
     let depth = &image.channels["points.depth"];
     assert!(region.iter().zip(depth).all(|(&mirror, &depth)| depth == 0.0 || mirror == (depth >= 2.0)));
 }
@@ -354,7 +354,7 @@ fn a_gpu_renders_under_validation() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_saves_what_is_done() {
+fn ctrl_c_saves_the_finished_frames() {
     let dir = TestDir::new();
     let mut child = std::process::Command::new(BINARY)
         .current_dir(dir.folder())
@@ -364,7 +364,7 @@ fn ctrl_c_saves_what_is_done() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // The line that names the gather comes when all is ready.
+    // The line that names the gather comes when the session is ready.
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
     lines.find(|line| line.as_ref().unwrap().contains("gather photons-grid")).unwrap().unwrap();
     std::thread::sleep(Duration::from_millis(300));
@@ -378,7 +378,7 @@ fn ctrl_c_saves_what_is_done() {
     assert!((1..10_000_000).contains(&report["frames"].as_u64().unwrap()));
     let image = ExrImage::read(&dir.path("out.exr"));
     assert_eq!(image.size, (32, 18));
-    // The image, and the checkpoint that --resume goes on from.
+    // The folder has the image, and the checkpoint for --resume.
     assert_eq!(dir.folder().read_dir().unwrap().count(), 2);
     assert!(dir.path("out.exr.checkpoint").exists());
 }

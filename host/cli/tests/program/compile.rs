@@ -1,4 +1,4 @@
-//! `caustics device --compile` from outside, on whatever Vulkan device there is.
+//! `caustics device --compile` from outside, on any Vulkan device.
 
 use std::process::{Command, Output};
 
@@ -12,7 +12,7 @@ fn compile(arguments: &[&str]) -> Output {
     command.args(["device", "--compile"]).args(arguments).output().unwrap()
 }
 
-/// The same, or none after saying why the test is skipped; with `CAUSTICS_REQUIRE_GPU=1` that fails.
+/// Returns the output, or none with a message that the test is skipped; with `CAUSTICS_REQUIRE_GPU=1` it fails instead.
 fn compiled(arguments: &[&str]) -> Option<String> {
     let output = compile(arguments);
     let stderr = String::from_utf8_lossy(&output.stderr);
@@ -60,19 +60,19 @@ fn the_table_names_device_modules_and_entry_points() {
 }
 
 #[test]
-fn what_is_unknown_is_named() {
+fn unknown_names_are_errors_that_name_them() {
     for (arguments, named) in
         [(["--pass", "displya"], "display"), (["--features", "no-such-room"], "no-such-room")]
     {
         let output = compile(&arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);
-        // Without a device, or with kernels that are older than their sources, that is said first.
+        // A missing device, or kernels older than their sources, is reported first.
         if Source::from_environment().unchecked().is_ok() && output.status.code() != Some(4) {
             assert_eq!(output.status.code(), Some(2), "{stderr}");
             assert!(stderr.contains(named), "{stderr}");
         }
     }
-    // What belongs to --compile is refused without.
+    // Options of --compile are refused without it.
     let output = Command::new(BINARY).args(["device", "--pass", "display"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
 }

@@ -1,4 +1,4 @@
-//! Replays the corpus of `fuzz/` through the targets' own entry points: whatever was found once stays found.
+//! Replays the corpus of `fuzz/` through the targets' entry points, so that no known failure returns.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -12,7 +12,7 @@ use glam::Vec3;
 
 use crate::test_dir::declare_program;
 
-/// Runs a target over its corpus; files called `whole*` must be accepted, those called `broken*` refused.
+/// Runs a target over its corpus: files named `whole*` must be accepted, those named `broken*` refused.
 fn replay(name: &str, target: fn(&[u8]) -> bool) {
     declare_program();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(name);
@@ -37,7 +37,7 @@ fn scenes_replay() {
 }
 
 #[test]
-fn pictures_replay() {
+fn images_replay() {
     replay("image", fuzzing::image);
 }
 
@@ -75,11 +75,11 @@ fn shards_replay() {
 }
 
 #[test]
-fn cached_trees_replay() {
+fn cached_bvhs_replay() {
     replay("bvh", fuzzing::bvh);
 }
 
-/// Every target has a corpus that a test above replays, and is in the manifest of `fuzz/`.
+/// Every target has a corpus that a test above replays, and an entry in the manifest of `fuzz/`.
 #[test]
 fn every_target_of_fuzzing_has_a_corpus_that_is_replayed() {
     let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz");
@@ -105,7 +105,7 @@ fn every_target_of_fuzzing_has_a_corpus_that_is_replayed() {
 #[test]
 fn checkpoints_replay() {
     declare_program();
-    // A file of the program at hand: written here, beside those of the corpus.
+    // Files of the current program are written here, beside those of the corpus.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
     let mut sums = Accumulation::default();
@@ -127,6 +127,6 @@ fn checkpoints_replay() {
         damaged[at] ^= 0x41;
         fuzzing::checkpoint(&damaged);
     }
-    // Those of the corpus are heads and sums, which the target makes checkpoints of.
+    // Files of the corpus are heads and sums, of which the target makes checkpoints.
     replay("checkpoint", fuzzing::checkpoint);
 }

@@ -1,11 +1,11 @@
-//! Files with a right checksum that no run has written: they are refused, and change no image.
+//! Files with a right checksum that no run has written. They are refused, and change no image.
 
 use caustics::sealed;
 use serde_json::Value;
 
 use crate::test_dir::TestDir;
 
-/// Frames that leave nothing to each other.
+/// Arguments of a run whose frames keep no state.
 const RUN: [&str; 16] = [
     "render",
     "mirror-room",

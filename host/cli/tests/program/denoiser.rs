@@ -1,4 +1,4 @@
-//! `--denoiser` as a person uses it.
+//! Typical use of `--denoiser`.
 
 use caustics::image_file::Channels;
 use serde_json::Value;
@@ -36,18 +36,18 @@ fn a_filter_has_its_own_time_and_leaves_caustics_alone() {
     assert!(before == after && before.iter().any(|&value| value > 0.0));
     let [before, after] = both("path.G");
     let sum = |values: &[f32]| values.iter().map(|&value| f64::from(value)).sum::<f64>();
-    // Roundings of 2304 pixels.
+    // The tolerance covers the roundings of 2304 pixels.
     assert!(before != after && (sum(&before) / sum(&after) - 1.0).abs() < 1.0e-5);
 }
 
-/// What a run is must not depend on where functions lie in memory: two processes write the same settings.
+/// Settings do not depend on addresses of functions: two processes write the same ones.
 #[test]
 fn settings_of_a_filtered_run_are_the_same_in_every_process() {
     let dir = TestDir::new();
     let attributes = ["a.exr", "b.exr"].map(|file| {
         report(&dir, file, &["--denoiser", "atrous"]);
         let mut attributes = Channels::read(&dir.path(file)).unwrap().attributes;
-        // The checksum is of the seconds, too.
+        // The checksum depends on the seconds too.
         for name in ["seconds", "crc32"] {
             attributes.remove(name);
         }

@@ -1,4 +1,4 @@
-//! `--edits`: what a file changes is in the image, and is part of what a run is.
+//! `--edits`: changes of a file are in the image and in the identity of a run.
 
 use caustics::image_file::Channels;
 
@@ -6,7 +6,7 @@ use crate::test_dir::{Run, TestDir};
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
 const PATHS: [&str; 2] = ["--light-paths", "2000"];
-/// Its nodes are a plane, a ring, a lamp and a camera.
+/// A scene whose nodes are a plane, a ring, a lamp and a camera.
 const SCENE: &str = "ring";
 
 /// Makes a folder with files of edits.
@@ -49,10 +49,10 @@ fn render_shows_what_a_file_changes() {
     let moved = render("moved.exr", &["--edits", "moved.toml"]);
     assert_ne!(moved.layer(""), plain.layer(""));
     assert!(moved.attributes.contains_key("edits") && !plain.attributes.contains_key("edits"));
-    // Keys of that time say the same.
+    // Keys give the same positions at that time.
     let half = render("half.exr", &["--edits", "keys.toml", "--time", "0.5"]);
     assert_eq!(half.layer(""), moved.layer(""));
-    // A camera is that of the options.
+    // A camera of the edits equals one of the options.
     let seen = render("seen.exr", &["--edits", "seen.toml"]);
     let placed = render("placed.exr", &["--from", "0.3,0.5,0.4", "--look-at", "0,0,0", "--fov", "50"]);
     assert_eq!(seen.layer(""), placed.layer(""));
@@ -61,7 +61,7 @@ fn render_shows_what_a_file_changes() {
 }
 
 #[test]
-fn edits_that_are_of_something_else_are_refused() {
+fn edits_of_another_scene_are_refused() {
     let dir = dir_with_edits();
     let render =
         |options: &[&'static str]| [&["render", SCENE, "--frames", "1", "-o", "a.exr"], options].concat();
@@ -76,9 +76,9 @@ fn edits_that_are_of_something_else_are_refused() {
         let options = [&["--edits", "seen.toml"], &camera[..]].concat();
         refused(&dir, &render(&options), 2, "--edits seen.toml: the file says where the camera is");
     }
-    // The camera of the file moves no node: another may be looked through.
+    // The camera of the file moves no node, so another one may be used.
     done(&dir, &render(&["--edits", "moved.toml", "--fov", "30"]));
-    // No image takes the place of the edits.
+    // No image overwrites the edits.
     std::fs::copy(dir.path("moved.toml"), dir.path("edits.exr")).unwrap();
     let over = ["render", SCENE, "-o", "edits.exr", "--edits", "edits.exr", "--force"];
     refused(&dir, &over, 2, "is a file of the scene");
@@ -104,7 +104,7 @@ fn animate_plays_the_keys_of_edits() {
     let frames: Vec<_> = (0..4).map(|frame| image(&dir, &format!("f/0{frame}.exr"))).collect();
     assert!(frames.windows(2).all(|pair| pair[0].layer("caustics") != pair[1].layer("caustics")));
 
-    // Frames of other edits are not gone on from, even where no key has come yet.
+    // Frames of other edits are not resumed, even before the first key.
     std::fs::remove_file(dir.path("f/03.exr")).unwrap();
     let text = std::fs::read_to_string(dir.path("keys.toml")).unwrap();
     dir.write("keys.toml", text.replace("0.2", "0.3"));

@@ -1,4 +1,4 @@
-//! Filters of pixels and of textures where nobody names them: means of frames show what the reference shows.
+//! Default filters of pixels and textures: means of frames agree with the reference.
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -8,11 +8,11 @@ use serde_json::{Value, json};
 use crate::test_dir::TestDir;
 
 const SIZE: usize = 32;
-/// Independent runs of each mean.
+/// Number of independent runs of each mean.
 const SEEDS: usize = 8;
 
-/// A mirror whose normal map leans every other column of texels to the left, in a dim room; what is not leant reflects a lamp. A
-/// pixel covers many columns: their mean lies level.
+/// A mirror in a dim room, whose normal map tilts columns of texels alternately right and left. Only a level mirror would
+/// reflect the lamp. A pixel covers many columns, whose mean normal is level.
 fn mirror() -> TestDir {
     let columns = image::RgbImage::from_fn(256, 4, |x, _| {
         let lean = if x % 2 == 0 { 0.3f64 } else { -0.3 };
@@ -23,7 +23,7 @@ fn mirror() -> TestDir {
     columns.write_to(&mut png, image::ImageFormat::Png).unwrap();
     let uri = |kind: &str, bytes: &[u8]| format!("data:{kind};base64,{}", BASE64_STANDARD.encode(bytes));
 
-    // The mirror lies on y = 0; the lamp stands where it sends the view of its middle.
+    // The mirror lies on y = 0; the lamp is where the mirror reflects the view of its middle.
     let positions: [[f32; 3]; 8] = [
         [-1.0, 0.0, 1.0],
         [1.0, 0.0, 1.0],
@@ -84,7 +84,7 @@ fn mirror() -> TestDir {
     dir
 }
 
-/// Renders, which must succeed, and returns the green values of the image and the report.
+/// Renders, which must succeed. Returns the green values of the image and the report.
 fn render(dir: &TestDir, options: &[&str]) -> (Vec<f32>, Value) {
     let size = SIZE.to_string();
     let files = ["render", "mirror.gltf", "-o", "a.exr", "--force", "--json"];
@@ -94,7 +94,7 @@ fn render(dir: &TestDir, options: &[&str]) -> (Vec<f32>, Value) {
     (image.layer("").unwrap()[1].to_vec(), report)
 }
 
-/// Mean and standard error of an image's middle, and of all of it, over independent runs.
+/// Mean and standard error over independent runs, of an image's middle and of the whole image.
 fn means(dir: &TestDir, options: &[&str], first: usize) -> [[f64; 2]; 2] {
     let runs: Vec<Vec<f32>> = (first..first + SEEDS)
         .map(|seed| render(dir, &[&["--seed", &seed.to_string()], options].concat()).0)
@@ -114,13 +114,13 @@ fn means(dir: &TestDir, options: &[&str], first: usize) -> [[f64; 2]; 2] {
     [estimate(&middle), estimate(&|_| true)]
 }
 
-/// Standard errors between two means.
+/// Difference of two means in standard errors.
 fn sigmas([a, error_a]: [f64; 2], [b, error_b]: [f64; 2]) -> f64 {
     (a - b).abs() / error_a.hypot(error_b)
 }
 
 #[test]
-fn means_of_frames_show_a_normal_mapped_mirror_as_the_reference_does() {
+fn means_of_frames_show_a_normal_mapped_mirror_like_the_reference() {
     let dir = mirror();
     let reference = means(&dir, &["--method", "path", "--frames", "64"], 100);
     for method in ["basic", "progressive", "kim2019"] {
@@ -133,18 +133,18 @@ fn means_of_frames_show_a_normal_mapped_mirror_as_the_reference_does() {
             assert!(sigmas < 4.0, "{method}, {region}: {found:?}, reference {reference:?}");
             assert!(
                 reference[1].hypot(found[1]) < 0.01 * reference[0],
-                "the test is blunt: {found:?} {reference:?}"
+                "the standard errors are too large for this test: {found:?} {reference:?}"
             );
         }
     }
-    // Averaged normals would show it much brighter: this test can fail.
+    // This test can fail: averaged normals are much brighter.
     let wrong = means(&dir, &["--method", "basic", "--frames", "32", "--texture-filter", "cone"], 0);
     println!("cone: middle {:.4}, all {:.4}", wrong[0][0] / reference[0][0], wrong[1][0] / reference[1][0]);
     assert!(sigmas(wrong[0], reference[0]) > 10.0, "{wrong:?}, reference {reference:?}");
 }
 
 #[test]
-fn a_frame_by_itself_and_filters_that_are_named_stay_as_they_are() {
+fn single_frames_and_named_filters_keep_their_filter() {
     let dir = mirror();
     let filter = |options: &[&str]| render(&dir, options).1["texture_filter"].clone();
     for (options, expected) in [

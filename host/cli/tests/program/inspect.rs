@@ -1,4 +1,4 @@
-//! `caustics inspect`: what it prints, and what it refuses.
+//! `caustics inspect` from outside: output and refusals.
 
 use serde_json::json;
 
@@ -6,7 +6,7 @@ use crate::test_dir::{Run, TestDir};
 
 const VIEW: [&str; 8] = ["--width", "64", "--height", "36", "--runner", "cpu", "--light-paths", "20000"];
 
-/// Runs `caustics inspect` with options, which must write no file.
+/// Runs `caustics inspect` with options. The run must write no file.
 fn inspect(options: &[&str]) -> Run {
     let dir = TestDir::new();
     let run = dir.run(&[&["inspect"], options, &VIEW].concat());
@@ -15,8 +15,8 @@ fn inspect(options: &[&str]) -> Run {
 }
 
 #[test]
-fn a_pixel_is_told_as_a_table_and_as_json() {
-    // A pixel of the caustic, whatever the frame.
+fn a_pixel_is_printed_as_a_table_and_as_json() {
+    // The pixel lies in the caustic in every frame.
     let options = ["mirror-room", "--pixel", "24,22", "--method", "basic"];
     for frame in ["0", "2"] {
         let run = |more: &[&str]| {
@@ -29,7 +29,7 @@ fn a_pixel_is_told_as_a_table_and_as_json() {
             (&inspection["pixel"], &inspection["frame"]),
             (&json!([24, 22]), &json!(frame.parse::<u32>().unwrap()))
         );
-        // Also of the first frame, whose emission learns halfway.
+        // This also holds in the first frame, whose emission learns halfway.
         assert_eq!((&photons["count"], &photons["skipped"]), (&photons["gathered"], &json!(0)));
         assert!(photons["count"].as_u64().unwrap() > 0, "{photons}");
         assert_eq!(
@@ -47,7 +47,7 @@ fn a_pixel_is_told_as_a_table_and_as_json() {
 }
 
 #[test]
-fn pixels_that_are_none_are_refused() {
+fn invalid_pixels_are_refused() {
     for (pixel, hint) in [("64,0", "64 by 36"), ("0,36", "64 by 36"), ("5", "300,400"), ("-1,2", "300,400")] {
         let Run { code, stdout, stderr } = inspect(&["mirror-room", "--pixel", pixel]);
         assert_eq!((code, stdout.as_str()), (Some(2), ""), "{pixel}: {stderr}");

@@ -1,4 +1,4 @@
-//! Images while they converge: `--refresh` and `--tev`.
+//! Display of an image while it converges: `--refresh` and `--tev`.
 
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
@@ -25,7 +25,7 @@ fn refuses(dir: &TestDir, options: &[&str], code: i32, words: &[&str]) {
     run(dir, options).expect_refusal(options, code, words);
 }
 
-/// Ends a process with its test.
+/// A process that ends with its test.
 struct Ended(Child);
 
 impl Drop for Ended {
@@ -36,7 +36,7 @@ impl Drop for Ended {
 }
 
 #[test]
-fn the_png_is_there_and_whole_before_the_run_is_done_and_changes_nothing() {
+fn the_png_is_whole_during_the_run_and_changes_no_bit() {
     let dir = TestDir::new();
     let endless = ["-o", "endless.exr", "--png", "endless.png", "--refresh", "0", "--frames", "1000000"];
     let mut command = Command::new(BINARY);
@@ -69,15 +69,15 @@ fn the_png_is_there_and_whole_before_the_run_is_done_and_changes_nothing() {
     {
         refuses(&dir, &[&["-o", "a.exr"], options].concat(), 2, &[words]);
     }
-    // Nor is a PNG of somebody else overwritten.
+    // A PNG of another origin is not overwritten either.
     refuses(&dir, &["-o", "b.exr", "--png", "plain.png", "--refresh", "0"], 2, &["--force"]);
 }
 
-/// What tev reads of a packet, in the order in which it stands there (tev: include/tev/Ipc.h, src/Ipc.cpp).
+/// A packet as tev reads it, in the order of its fields (tev: include/tev/Ipc.h, src/Ipc.cpp).
 struct Packet(std::vec::IntoIter<u8>);
 
 impl Packet {
-    /// The next of a connection: a length that counts itself, and what it is the length of.
+    /// Reads the next packet of a connection: its length, which counts itself, and its contents.
     fn read(stream: &mut TcpStream) -> Option<Packet> {
         let mut length = [0; 4];
         stream.read_exact(&mut length).ok()?;
@@ -107,7 +107,8 @@ impl Packet {
     }
 }
 
-/// Reads what a run sends: it must be an image that is made, then its pixels again and again. Those of each time, three a pixel.
+/// Reads the packets of a run, which must create an image and then update its pixels. Returns the pixels of each update,
+/// three values a pixel.
 fn images(stream: &mut TcpStream) -> Vec<Vec<f32>> {
     let mut created = Packet::read(stream).expect("a packet");
     assert_eq!((created.bytes(), created.bytes()), ([4], [1]), "a new image comes to the front");
@@ -116,7 +117,7 @@ fn images(stream: &mut TcpStream) -> Vec<Vec<f32>> {
     assert_eq!((created.texts(count), created.0.len()), (["R", "G", "B"].map(String::from).to_vec(), 0));
     let mut images = Vec::new();
     while let Some(mut update) = Packet::read(stream) {
-        assert_eq!((update.bytes(), update.bytes()), ([6], [0]), "one that is updated does not");
+        assert_eq!((update.bytes(), update.bytes()), ([6], [0]), "an updated image does not");
         assert_eq!((update.text().as_str(), update.int()), ("a.exr", 3));
         assert_eq!(update.texts(3), ["R", "G", "B"]);
         assert_eq!([(); 4].map(|()| update.int()), [0, 0, 32, 18]);
@@ -128,7 +129,7 @@ fn images(stream: &mut TcpStream) -> Vec<Vec<f32>> {
 }
 
 #[test]
-fn tev_is_sent_the_picture_while_it_converges() {
+fn tev_receives_the_image_while_it_converges() {
     let dir = TestDir::new();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
@@ -136,7 +137,7 @@ fn tev_is_sent_the_picture_while_it_converges() {
     let options = ["-o", "a.exr", "--frames", "3", "--tev", &address, "--refresh", "0"];
     run(&dir, &options).expect_success(&options);
     let images = viewer.join().unwrap();
-    // After each frame, and when all is done.
+    // Updates come after each frame, and at the end.
     assert_eq!(images.len(), 4);
     assert!(images[0] != images[1] && images[1] != images[2] && images[2] == images[3]);
     let file = Channels::read(&dir.path("a.exr")).unwrap();
@@ -146,7 +147,7 @@ fn tev_is_sent_the_picture_while_it_converges() {
 }
 
 #[test]
-fn a_viewer_that_is_not_there_is_told_and_one_that_goes_ends_no_run() {
+fn a_missing_viewer_is_an_error_and_a_lost_one_ends_no_run() {
     let dir = TestDir::new();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
@@ -160,7 +161,7 @@ fn a_viewer_that_is_not_there_is_told_and_one_that_goes_ends_no_run() {
     let stderr = run.expect_success(&options).stderr;
     assert!(stderr.contains("tev is sent no more"), "{stderr}");
     assert!(dir.path("a.exr").exists());
-    // Nobody listens there any more.
+    // The viewer has gone.
     refuses(&dir, &["-o", "b.exr", "--tev", &address], 1, &["start tev"]);
     assert!(!dir.path("b.exr").exists());
 }

@@ -1,4 +1,4 @@
-//! The program from outside: renders, animations and references, and what it makes of bad input.
+//! Tests of the program: renders, animations, references and bad input.
 
 mod animate;
 mod aov;

@@ -1,11 +1,11 @@
-//! `completions` and `man`: what shells and man are told of the options.
+//! `completions` and `man`: options for shells and for man.
 
 use std::path::Path;
 use std::process::Command;
 
 use crate::test_dir::TestDir;
 
-/// What bash offers for the last of some words.
+/// Completions of bash for the last of some words.
 fn offered(script: &Path, words: &[&str]) -> String {
     let (last, index) = (words[words.len() - 1], words.len() - 1);
     let (words, before) = (words.join(" "), words[index - 1]);
@@ -45,7 +45,7 @@ fn every_command_has_a_man_page() {
     assert!(page("caustics.1").contains("caustics\\-render(1)"));
     assert!(page("caustics-render.1").contains("\\-\\-light\\-paths"));
     assert!(page("caustics-scene-info.1").contains("\\-\\-json"));
-    // All or none, and nothing is overwritten.
+    // Pages are written all or none, and none is overwritten.
     std::fs::remove_file(dir.path("share/man1/caustics.1")).unwrap();
     dir.refuses(&["man", "share/man1"], 2, &["--force"]);
     assert!(!dir.path("share/man1/caustics.1").exists());

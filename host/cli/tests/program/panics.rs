@@ -1,5 +1,5 @@
-//! Provokes a panic in a kernel, for the CI step that looks for the reports of panics. Alone it shows nothing, so it is
-//! ignored: the committed kernels end a panicking invocation without a word.
+//! Provokes a panic in a kernel, for the CI step that looks for reports of panics. The test is ignored, since the committed
+//! kernels end a panicking invocation without a report.
 
 use bytemuck::{Zeroable, cast_slice};
 use caustics::kernels::Source;
@@ -17,7 +17,7 @@ use caustics_kernels::method::frame::{self as gather};
 #[test]
 #[ignore = "needs a GPU and kernels built by `cargo kernels --panics`"]
 fn an_index_out_of_bounds_is_reported() {
-    // One pixel, and an order of pixels that names the thousandth. More reports would not fit the layer's buffer.
+    // One pixel, and an order of pixels that names pixel 1000. More reports would overflow the validation layer's buffer.
     let points = [PointGeometry::zeroed(); 64];
     let order = [1000_u32; 64];
     let tables: [(&'static str, &[u8]); 2] =
@@ -27,7 +27,7 @@ fn an_index_out_of_bounds_is_reported() {
     assert_eq!(step.label(), "index.points_rt.bound");
     let mut buffers = buffers(&[step], &params);
     buffers.retain(|spec| tables.iter().all(|(name, _)| *name != spec.name));
-    // Watched by the validation layer, as the tests are that must not panic.
+    // Turn on the validation layer, as in tests that must not panic.
     let base = Source::from_environment().modules().unwrap().base;
     let options = DeviceOptions { base, validation: true, ..DeviceOptions::default() };
     let mut runner =

@@ -1,5 +1,4 @@
-//! `caustics reference`, `merge` and long renders from outside: they stop where they should, go on to the same bits,
-//! and are joined by their samples.
+//! `caustics reference`, `merge` and long renders from outside: stops, resuming to the same bits, and merging by samples.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -21,7 +20,7 @@ fn channels(dir: &TestDir, file: &str) -> Channels {
     Channels::read(&dir.path(file)).unwrap()
 }
 
-/// Returns the sorted names of the files of a folder.
+/// Returns the sorted file names of a folder.
 fn files(dir: &TestDir) -> Vec<String> {
     let entries = dir.folder().read_dir().unwrap();
     let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
@@ -29,7 +28,7 @@ fn files(dir: &TestDir) -> Vec<String> {
     names
 }
 
-/// Starts a run, waits until its checkpoint is there, ends it by this signal; its exit code.
+/// Starts a run, waits for its checkpoint, and ends it by a signal. Returns its exit code.
 fn end_early(dir: &TestDir, arguments: &[&str], checkpoint: &str, signal: &str) -> Option<i32> {
     let mut child = std::process::Command::new(BINARY)
         .current_dir(dir.folder())
@@ -60,7 +59,7 @@ fn a_reference_holds_mean_variance_and_number_of_samples() {
     assert!(image.channels["samples.count"].iter().all(|&samples| samples == 80.0));
     assert_eq!(files(&dir), ["a.exr", "a.png"]);
 
-    // The variance that the file states is the one between independent runs.
+    // The variance in the file is the variance between independent runs.
     let (mut square, mut stated) = (0.0, 0.0);
     for seed in 1..=12 {
         let (left, right) = (format!("{seed}"), format!("{}", 100 + seed));
@@ -73,7 +72,7 @@ fn a_reference_holds_mean_variance_and_number_of_samples() {
             stated += variance(&left) + variance(&right);
         }
     }
-    // Both are sums over the same heavy tail: bright paths stand in both.
+    // Both are sums over one heavy tail: bright paths are in both.
     assert!((square / stated - 1.0).abs() < 0.25, "{square} {stated}");
 }
 
@@ -89,15 +88,15 @@ fn an_interrupted_or_killed_reference_goes_on_to_the_same_bits() {
         assert_eq!(end_early(&dir, &part, "part.exr.checkpoint", signal), code);
         if signal == "INT" {
             let partial = channels(&dir, "part.exr");
-            assert!(partial.channels["samples.count"][0] < 1500.0, "the run was over too soon to tell");
+            assert!(partial.channels["samples.count"][0] < 1500.0, "the run ended before the signal");
         }
-        // Without --resume nothing is given up unasked.
+        // Without --resume, no checkpoint is discarded.
         dir.refuses(&part, 2, &[]);
 
         dir.write(".caustics-killed", "part");
         let resume = ["-o", "part.exr", "--resume", "--threads", "1"];
         dir.succeeds(&[&common[..], &resume].concat());
-        // Neither a lock nor what a killed run was about to write.
+        // Neither a lock nor a partial file is left.
         assert_eq!(files(&dir), ["part.exr", "whole.exr"], "after {signal}");
         let resumed = channels(&dir, "part.exr");
         assert_eq!(whole.channels, resumed.channels, "after {signal}");
@@ -106,10 +105,10 @@ fn an_interrupted_or_killed_reference_goes_on_to_the_same_bits() {
     }
 }
 
-/// Where frames are averaged rays go anywhere in a pixel, and through its centre in a single frame, unless the person says
-/// otherwise; what a variance is worth stands in the file.
+/// Rays go anywhere in a pixel where frames are averaged, and through its centre in a single frame, unless the user
+/// chooses. The file states how reliable its variance is.
 #[test]
-fn means_take_the_box_and_say_what_their_variance_is_worth() {
+fn means_take_the_box_filter_and_state_how_reliable_their_variance_is() {
     let dir = TestDir::new();
     let rendered = |command: &str, options: &[&str]| {
         dir.succeeds(&[&[command, "ring", "-o", "a.exr", "--force"], &TINY[..], options].concat());
@@ -135,7 +134,7 @@ fn means_take_the_box_and_say_what_their_variance_is_worth() {
     }
 }
 
-/// What frames leave to those that follow is in the checkpoint: maps of an emission, of a method.
+/// Checkpoints hold the state that passes from frame to frame: maps of an emission, and of a method.
 #[cfg(unix)]
 #[test]
 fn a_render_that_learns_goes_on_to_the_same_bits() {
@@ -165,7 +164,7 @@ fn a_progressive_render_goes_on_to_the_same_bits() {
     dir.succeeds(&[&part[..], &["--resume"]].concat());
     let (whole, part) = (channels(&dir, "whole.exr"), channels(&dir, "part.exr"));
     assert_eq!(whole.channels, part.channels);
-    // The radii of the mean are smaller than the first frame's.
+    // The radii in the mean are smaller than in the first frame.
     dir.succeeds(&[&frame[..], &["-o", "one.exr"]].concat());
     let radius = |image: &Channels| image.channels["points.radius"].iter().sum::<f32>();
     assert!(radius(&whole) < 0.8 * radius(&channels(&dir, "one.exr")));
@@ -232,7 +231,7 @@ fn merged_references_weigh_by_samples() {
     assert_eq!(ab.channels["samples.count"][0], 40.0);
     assert_eq!((&ab.attributes["seed"][..], &ab.attributes["frames"][..]), ("1, 2", "40"));
 
-    // The same samples twice, other views, images that are no references.
+    // Prepare the same samples twice, other views, and images that are not references.
     reference(&dir, "deep.exr", &["--spp", "10", "--seed", "3", "--max-bounces", "7"]);
     reference(&dir, "again.exr", &["--spp", "12", "--seed", "2"]);
     dir.succeeds(&[&["render", "ring", "-o", "frame.exr", "--light-paths", "100"], &TINY[..]].concat());
@@ -244,7 +243,7 @@ fn merged_references_weigh_by_samples() {
     assert!(!dir.path("x.exr").exists());
 }
 
-/// The mirror room with its document changed, as a file in this folder.
+/// Writes the mirror room with a changed document to this folder.
 fn changed_room(folder: &Path, name: &str, change: impl FnOnce(&mut Value)) {
     let file = caustics::scene::resolve("mirror-room").unwrap();
     let mut scene: Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
@@ -261,7 +260,7 @@ fn another_view_of_the_same_name_is_not_merged() {
         changed_room(dir.folder(), "room.gltf", |scene| {
             let nodes = scene["nodes"].as_array_mut().unwrap();
             let camera = nodes.iter_mut().find(|node| node["camera"].is_number()).unwrap();
-            // EXR has no room for this name, which must not cost the run.
+            // EXR cannot hold this name; the run must not fail because of it.
             camera["name"] = "カメラ".into();
             let translation_x = if camera["matrix"].is_array() {
                 &mut camera["matrix"][12]
@@ -275,14 +274,14 @@ fn another_view_of_the_same_name_is_not_merged() {
         dir.succeeds(&[&room[..], &TINY].concat());
         references.push(out);
     }
-    // The camera's node is part of the scene that is compared first.
+    // Merging compares the scene first, which includes the camera's node.
     let merge = ["merge", &references[0], &references[1], "-o", "x.exr"];
     dir.refuses(&merge, 2, &["they are of two views"]);
     dir.refuses(&["merge", "1.exr", "2.exr", "-o", "1.exr", "--force"], 2, &["is the input"]);
 }
 
 #[test]
-fn what_no_path_can_find_is_said() {
+fn light_that_no_path_can_find_is_warned_of() {
     let dir = TestDir::new();
     let stderr = reference(&dir, "a.exr", &["--spp", "2"]).stderr;
     assert!(!stderr.contains("progressive"), "area lights only: {stderr}");
@@ -346,7 +345,7 @@ fn two_runs_do_not_write_one_file() {
     let second = [&["reference", "ring", "-o", "./a.exr", "--spp", "2", "--force"], &TINY[..]].concat();
     dir.refuses(&second, 1, &["another run writes ./a.exr", ".caustics-a.exr.lock"]);
     reference(&dir, "b.exr", &["--spp", "2"]);
-    // The system releases what a killed run held.
+    // The system releases the lock of a killed run.
     first.kill().unwrap();
     first.wait().unwrap();
     dir.succeeds(&second);
@@ -359,7 +358,7 @@ fn a_checkpoint_that_cannot_be_written_does_not_end_the_run() {
     let dir = TestDir::new();
     let options = ["reference", "ring", "-o", "a.exr", "--seconds", "1", "--checkpoint-every", "0.3"];
     let (mut child, lines) = start(&dir, &[&options[..], &TINY].concat());
-    // No file goes where a folder is.
+    // A folder has the name of the checkpoint, so that it cannot be written.
     std::fs::create_dir(dir.path("a.exr.checkpoint")).unwrap();
     let messages: Vec<String> = lines.collect();
     let warnings = messages.iter().filter(|line| line.contains("a checkpoint is not written"));
@@ -377,7 +376,7 @@ fn texts_in_the_header_are_utf_8() {
     let file = "büro/raum.gltf";
     dir.succeeds(&[&["reference", file, "-o", "a.exr", "--spp", "2"], &TINY[..]].concat());
     let bytes = std::fs::read(dir.path("a.exr")).unwrap();
-    // As it stands in the file, and as it is read back.
+    // The name is right in the bytes of the file, and when it is read back.
     assert!(bytes.windows(file.len()).any(|window| window == file.as_bytes()));
     assert_eq!(channels(&dir, "a.exr").attributes["scene_file"], file);
 }

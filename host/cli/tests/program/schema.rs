@@ -1,4 +1,4 @@
-//! What the program prints as JSON, and writes as results, against the schemas of docs/schema.
+//! JSON output and results of the program match the schemas in docs/schema.
 
 use std::path::Path;
 
@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 use crate::test_dir::{Run, TestDir};
 
-/// The faults of a value by a part of a schema: the keywords that ours use, of JSON Schema 2020-12; others are refused.
+/// Checks a value against a part of a schema, for the keywords of JSON Schema 2020-12 that these schemas use. Other
+/// keywords are errors.
 struct Check<'a> {
     root: &'a Value,
     faults: Vec<String>,
@@ -106,11 +107,11 @@ fn faults(name: &str, value: &Value) -> Vec<String> {
     check.faults
 }
 
-/// A value holds by its schema; what is not quite that value does not.
+/// Asserts that a value matches its schema, and that changed values do not.
 #[track_caller]
 fn holds(name: &str, value: &Value) {
     assert_eq!(faults(name, value), Vec::<String>::new(), "{name}");
-    // Of a list, its first element.
+    // Change the first element of a list.
     let (object, pointer) = if value.is_array() { (&value[0], "/0") } else { (value, "") };
     let refused = |key: &str, change: &dyn Fn(&mut serde_json::Map<String, Value>)| {
         let mut other = value.clone();
@@ -138,7 +139,7 @@ fn printed(dir: &TestDir, arguments: &[&str]) -> Value {
 const TINY: [&str; 7] = ["--width", "32", "--height", "18", "--runner", "cpu", "--json"];
 
 #[test]
-fn pictures_and_scenes_are_described_as_the_schemas_say() {
+fn output_on_images_and_scenes_matches_the_schemas() {
     let dir = TestDir::new();
     let run = |arguments: &[&str]| printed(&dir, &[arguments, &TINY].concat());
     holds("render", &run(&["render", "mirror-room", "-o", "a.exr", "--frames", "2"]));
@@ -158,7 +159,7 @@ fn pictures_and_scenes_are_described_as_the_schemas_say() {
 }
 
 #[test]
-fn results_are_as_the_schema_says() {
+fn results_match_the_schema() {
     let dir = TestDir::new();
     let bench =
         ["bench", "animated-camera", "--measure", "time,error", "--frames", "2", "--gather", "photons-grid"];
@@ -170,14 +171,14 @@ fn results_are_as_the_schema_says() {
     assert_eq!(files.len(), 1);
     let file: Value = serde_json::from_slice(&std::fs::read(&files[0]).unwrap()).unwrap();
     assert_eq!(faults("result", &file), Vec::<String>::new());
-    // Deep inside, too.
+    // Change a value deep inside too.
     let mut wrong = file.clone();
     *wrong.pointer_mut("/time/total_ms/median").unwrap() = json!("fast");
     assert_eq!(faults("result", &wrong), ["/time/total_ms/median: \"fast\" is no \"number\""]);
 }
 
 #[test]
-fn devices_are_described_as_the_schema_says() {
+fn output_on_devices_matches_the_schema() {
     for kind in [
         DeviceKind::Discrete,
         DeviceKind::Integrated,

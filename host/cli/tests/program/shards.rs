@@ -1,4 +1,4 @@
-//! Shards from outside: four processes, one of which is killed and started again, make what one run makes.
+//! Shards from outside: four processes, one of which is killed and restarted, give the result of one run.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +11,7 @@ use caustics_bench::store;
 use crate::test_dir::{BINARY, Run, TestDir};
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
-/// Frames that reuse nothing of each other.
+/// Options of frames that reuse nothing.
 const APART: [&str; 4] = ["--emission", "aimed", "--light-paths", "500"];
 
 fn command(dir: &TestDir, arguments: &[&str]) -> Command {
@@ -38,8 +38,8 @@ fn refuses(dir: &TestDir, arguments: &[&str], words: &[&str]) {
     run(dir, arguments).expect_refusal(arguments, 2, words);
 }
 
-/// Runs four shards at a time and kills the third once its first file is there; the arguments and that file are made of the number
-/// of a shard. It ends when the other three have ended well.
+/// Runs four shards at once and kills the third when its first file exists. Arguments and file depend on the number of the
+/// shard. Returns when the other three have succeeded.
 fn run_three_of_four(dir: &TestDir, arguments: &dyn Fn(u32) -> Vec<String>, file: &str) {
     let start = |number: u32| -> Child {
         let arguments = arguments(number);
@@ -58,7 +58,7 @@ fn run_three_of_four(dir: &TestDir, arguments: &dyn Fn(u32) -> Vec<String>, file
     assert_eq!((ended[0], ended[1], ended[3]), (true, true, true));
 }
 
-/// The arguments of a shard.
+/// Arguments of a shard.
 fn shard_arguments(arguments: &[&str], number: u32) -> Vec<String> {
     let own = ["--shard".to_string(), format!("{number}/4")];
     arguments.iter().map(|argument| argument.to_string()).chain(own).collect()
@@ -78,7 +78,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
-/// Whether two images are one to an ulp, variances aside: those are differences of large sums.
+/// Asserts that two images agree to an ulp, except for variances, which are differences of large sums.
 #[track_caller]
 fn assert_one(whole: &Channels, merged: &Channels) {
     assert!(whole.channels.keys().eq(merged.channels.keys()), "{:?}", merged.channels.keys());
@@ -118,14 +118,14 @@ fn shards_of_an_animation_are_its_frames() {
     let messages = runs(&dir, &parts);
     assert!(messages.contains("all 40 frames are there"), "{messages}");
     assert!(files(&dir.path("parts")) == files(&dir.path("whole")));
-    // PNGs have the exposure of the first frame, whoever renders it.
+    // PNGs need the exposure of the first frame, which may be another shard's.
     let messages = run_shard(&dir, &[&parts[..], &["--png"]].concat(), 2);
     assert!(messages.contains("the same command without --shard"), "{messages}");
     assert!(!dir.path("parts/12.png").exists());
 }
 
 #[test]
-fn shards_that_lend_from_frame_to_frame_are_runs_of_their_own() {
+fn shards_with_a_history_are_runs_of_their_own() {
     let dir = TestDir::new();
     let frames = [&["animate", "moving-caster", "-o", "f/#.exr", "--frames", "0..4"], &TINY[..]].concat();
     let messages = run_shard(&dir, &frames, 2);
@@ -136,7 +136,7 @@ fn shards_that_lend_from_frame_to_frame_are_runs_of_their_own() {
     }
     assert!(messages.contains("is a run of its own from frame 1 on"), "{messages}");
     refuses(&dir, &frames, &["first_frame", "\"1\", not \"0\""]);
-    // Two at once have a state each, and go on by it.
+    // Two concurrent shards have separate states, and resume from them.
     run_shard(&dir, &frames, 1);
     assert!(run_shard(&dir, &frames, 2).contains("all 1 frames are there"));
     let mean = [&["render", "mirror-room", "-o", "a.exr", "--frames", "8"], &TINY[..]].concat();
@@ -151,7 +151,7 @@ fn shards_of_a_reference_merge_to_it() {
     runs(&dir, &samples("whole.exr"));
     let parts = samples("part.exr");
     let third = "part.shard-3-of-4.sums";
-    // The one that is killed keeps every frame.
+    // The killed shard saves every frame.
     let often = [&parts[..], &["--checkpoint-every", "0"]].concat();
     run_three_of_four(
         &dir,
@@ -173,12 +173,12 @@ fn shards_of_a_reference_merge_to_it() {
     run_shard(&dir, &parts, 3);
     let Run { code, stderr: messages, .. } = merges(&[&sums[0], &sums[1], &sums[1], &sums[3]]);
     assert!(code == Some(2) && messages.contains("are both shard 2/4"), "{messages}");
-    // In any order.
+    // The order of the inputs does not matter.
     let Run { code, stderr: messages, .. } = merges(&[&sums[3], &sums[1], &sums[0], &sums[2]]);
     assert!(code == Some(0) && messages.contains("the mean of 401 frames from 4 shards"), "{messages}");
     let [whole, merged] = ["whole.exr", "part.exr"].map(|name| Channels::read(&dir.path(name)).unwrap());
     assert_one(&whole, &merged);
-    // What is there is not rendered again.
+    // Finished frames are not rendered again.
     let messages = run_shard(&dir, &parts, 1);
     assert!(messages.contains("0 frames rendered"), "{messages}");
 

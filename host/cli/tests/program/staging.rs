@@ -1,4 +1,4 @@
-//! Files that lack a camera or a light are rendered all the same, and everything that they got is said and can be given again.
+//! Files without a camera or a light are rendered too. Messages name all additions as options, which repeat the image.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::test_dir::{Run, TestDir};
 const TINY: [&str; 10] =
     ["--width", "32", "--height", "18", "--light-paths", "2000", "--runner", "cpu", "--frames", "2"];
 
-/// `ring` in a folder, changed; the emissive strength of its lamp goes with the factor.
+/// Copies `ring` to a folder and changes it. Without `emissiveFactor`, its emissive strength has no effect.
 fn changed(change: impl Fn(&mut Value)) -> TestDir {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/ring");
     let dir = TestDir::new();
@@ -33,7 +33,7 @@ fn without_light(json: &mut Value) {
     }
 }
 
-/// Renders to `out`, which must succeed, and returns the image and stderr.
+/// Renders to `out`, which must succeed. Returns the image and stderr.
 #[track_caller]
 fn render(dir: &TestDir, out: &str, options: &[&str]) -> (Channels, String) {
     let run = dir.succeeds(&[&["render", "scene.gltf", "-o", out], &TINY[..], options].concat());
@@ -41,7 +41,7 @@ fn render(dir: &TestDir, out: &str, options: &[&str]) -> (Channels, String) {
 }
 
 #[test]
-fn a_file_without_camera_and_light_is_rendered_and_says_how() {
+fn a_file_without_camera_and_light_is_rendered_with_additions() {
     let dir = changed(|json| {
         without_camera(json);
         without_light(json);
@@ -59,7 +59,7 @@ fn a_file_without_camera_and_light_is_rendered_and_says_how() {
     assert_eq!(lit, 32 * 18, "nothing is black");
     assert!(image.layer("caustics").unwrap()[1].iter().any(|value| *value > 0.0), "a ring casts caustics");
 
-    // The options that were told, pasted, give the same bits.
+    // The options in the message give the same bits.
     let pasted: Vec<&str> = camera.split(' ').collect();
     let (again, _) = render(&dir, "b.exr", &pasted);
     assert_eq!(again.layer(""), image.layer(""));
@@ -79,7 +79,7 @@ fn a_file_that_has_both_keeps_them() {
     assert!(!image.attributes.contains_key("light") && !image.attributes.contains_key("origin"));
     assert!(!image.attributes["camera"].contains("--from"));
 
-    // Places replace its camera; the light stays.
+    // Options replace the camera; the light stays.
     let (other, stderr) = render(&dir, "b.exr", &["--from", "-1,2,1", "--fov", "60"]);
     assert!(other.attributes["camera"].starts_with("--from -1,2,1 --look-at "), "{stderr}");
     assert_ne!(other.layer(""), image.layer(""));
@@ -88,7 +88,7 @@ fn a_file_that_has_both_keeps_them() {
 }
 
 #[test]
-fn lamps_are_added_to_what_glows() {
+fn lights_are_added_to_glowing_objects() {
     let dir = changed(without_camera);
     let sum = |image: &Channels| image.layer("").unwrap()[1].iter().sum::<f32>();
     let (own, _) = render(&dir, "a.exr", &["--no-default-light"]);
@@ -105,9 +105,9 @@ fn lamps_are_added_to_what_glows() {
     dir.refuses(&[&["render", "scene.gltf", "-o", "d.exr"], &both[..]].concat(), 2, &[]);
 }
 
-/// A file that nothing but glowing surfaces lights is a scene where somebody says where the eye stands.
+/// A file lit only by glowing surfaces is a scene if the user places the camera, else an object to light.
 #[test]
-fn what_glows_is_left_as_it_is_where_a_camera_is_placed() {
+fn no_light_is_added_to_glowing_objects_where_a_camera_is_placed() {
     let dir = changed(without_camera);
     let (own, _) = render(&dir, "a.exr", &["--no-default-light", "--from", "-1,2,1"]);
     let (placed, stderr) = render(&dir, "b.exr", &["--from", "-1,2,1"]);
@@ -118,7 +118,8 @@ fn what_glows_is_left_as_it_is_where_a_camera_is_placed() {
     let (edited, stderr) = render(&dir, "c.exr", &["--edits", "edits.toml"]);
     assert!(!stderr.contains("lit by") && !edited.attributes.contains_key("light"), "{stderr}");
 
-    // An orbit, a field and what is looked at go with a thing, as no option does; its camera can be given again with its light.
+    // With an orbit, a field of view, a look-at point or no option, the file is an object that gets a light. Its camera and
+    // light can be given again as options.
     for (file, options) in [
         ("d.exr", &["--camera", "orbit:20,30"][..]),
         ("e.exr", &["--fov", "50"]),
@@ -136,7 +137,7 @@ fn what_glows_is_left_as_it_is_where_a_camera_is_placed() {
         assert_eq!(again.layer(""), thing.layer(""), "{options:?}");
     }
 
-    // A dark file gets its light wherever it is seen from.
+    // A file without light gets one wherever the camera is.
     let dark = changed(|json| {
         without_camera(json);
         without_light(json);
@@ -146,7 +147,7 @@ fn what_glows_is_left_as_it_is_where_a_camera_is_placed() {
 }
 
 #[test]
-fn wrong_places_are_refused_with_their_option() {
+fn invalid_camera_options_are_refused_by_name() {
     let dir = changed(|_| {});
     for (options, word) in [
         (&["--from", "1,2"][..], "--from"),
@@ -163,8 +164,8 @@ fn wrong_places_are_refused_with_their_option() {
 }
 
 #[test]
-fn a_floor_takes_the_caustics_of_what_stands_alone() {
-    // The ring alone: its floor, which is the first of its meshes' nodes that is not it, is left out.
+fn a_floor_receives_the_caustics_of_a_lone_object() {
+    // Keep the ring alone, without its floor.
     let alone = |json: &mut Value| {
         without_camera(json);
         without_light(json);
@@ -207,7 +208,7 @@ fn other_commands_take_such_files_too() {
         let stderr = dir.succeeds(arguments).stderr;
         assert!(stderr.contains("camera: --from ") && stderr.contains("lit by"), "{stderr}");
     }
-    // Another camera is another run.
+    // Another camera gives another run.
     let other: Vec<&str> =
         animate.iter().map(|word| if *word == "orbit:10,20" { "orbit:10,21" } else { word }).collect();
     dir.refuses(&other, 2, &["its camera is"]);

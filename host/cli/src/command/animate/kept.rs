@@ -1,4 +1,4 @@
-//! Which frames are there already, whether they are of this run, and whole.
+//! Existing frames: whether they belong to this run, and whether they are whole.
 
 use std::ops::Range;
 use std::path::Path;
@@ -15,7 +15,7 @@ use glam::Vec3;
 use super::pattern::Pattern;
 use crate::cli::Usage;
 
-/// The frames that are missing or damaged, in order. A file that is not of this run is refused.
+/// Returns the frames that are missing or damaged, in order. Refuses a file of another run.
 pub fn missing(
     pattern: &Pattern,
     frames: &Range<u32>,
@@ -54,20 +54,20 @@ pub fn missing(
     Ok(missing)
 }
 
-/// Whether a file is a frame that is not whole.
+/// Whether a file is a damaged frame.
 pub fn is_damaged(path: &Path) -> bool {
     read(path).is_ok_and(|(_, is_whole)| !is_whole)
 }
 
-/// The attributes of a frame, and whether it is to the last bit what was written.
+/// Returns the attributes of a frame, and whether its bytes are those that were written.
 fn read(path: &Path) -> anyhow::Result<(Identity, bool)> {
     let bytes = read_file(path)?;
-    // A file without a checksum is an older version's.
+    // Files without a checksum were written by older versions.
     let is_whole = attributes::is_whole(&bytes).unwrap_or_else(|| Channels::decode(&bytes).is_ok());
     Ok((attributes::read(&bytes)?, is_whole))
 }
 
-/// Says what differs.
+/// Returns an error that names the difference.
 pub fn refusal(file: &str, Difference { name, theirs, ours }: &Difference) -> Usage {
     Usage(format!(
         "{file} belongs to another run: its {name} is {theirs:?}, not {ours:?}; give --force to render all anew, or \
@@ -75,7 +75,7 @@ pub fn refusal(file: &str, Difference { name, theirs, ours }: &Difference) -> Us
     ))
 }
 
-/// The image of a frame that is there.
+/// Reads the image of an existing frame.
 pub fn image(pattern: &Pattern, frame: u32) -> anyhow::Result<RenderedImage> {
     let image = Channels::read(&pattern.frame(frame, "exr"))?;
     let layer = |name: &str| -> Vec<Vec3> {
@@ -86,7 +86,7 @@ pub fn image(pattern: &Pattern, frame: u32) -> anyhow::Result<RenderedImage> {
     };
     let (width, height) = (image.width, image.height);
     let (path, caustics) = (layer("path"), layer("caustics"));
-    // A method without layers has all its light in one.
+    // A method without layers writes all its light as one layer.
     let path = if path.is_empty() { layer("") } else { path };
     Ok(RenderedImage { width, height, path, caustics, ..RenderedImage::default() })
 }

@@ -1,13 +1,13 @@
-//! Names of the files of an animation, from a pattern such as `frames/light-####.exr`.
+//! File names of an animation, from a pattern such as `frames/light-####.exr`.
 
 use std::path::{Path, PathBuf};
 
 use crate::cli::Usage;
 
-/// Digits of a frame's number at most; it has 32 bits.
+/// Maximum number of digits of a frame's number, which has 32 bits.
 const MAX_DIGITS: usize = 10;
 
-/// The one file name that all files of an animation are made of.
+/// Pattern of all file names of an animation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     folder: PathBuf,
@@ -17,7 +17,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// Splits a file name at its one run of #.
+    /// Splits a file name at its only run of #.
     pub fn parse(path: &Path) -> Result<Pattern, Usage> {
         let shown = path.display();
         let wrong = |what: &str| Usage(format!("-o {shown}: {what}, as in frames/####.exr"));
@@ -41,25 +41,25 @@ impl Pattern {
         Ok(Pattern { folder, head: head.into(), digits, tail: tail.into() })
     }
 
-    /// The folder of all files.
+    /// Folder of all files.
     pub fn folder(&self) -> &Path {
         if self.folder == Path::new("") { Path::new(".") } else { &self.folder }
     }
 
-    /// A file of a frame.
+    /// Path of a frame's file.
     pub fn frame(&self, frame: u32, extension: &str) -> PathBuf {
         let Pattern { folder, head, digits, tail } = self;
         folder.join(format!("{head}{frame:0digits$}{tail}.{extension}"))
     }
 
-    /// A file of the whole animation.
+    /// Path of a file of the whole animation.
     pub fn whole(&self, extension: &str) -> PathBuf {
         let name = format!("{}{}", self.head, self.tail);
         let name = name.trim_matches(|c: char| !c.is_alphanumeric());
         self.folder.join(format!("{}.{extension}", if name.is_empty() { "animation" } else { name }))
     }
 
-    /// All files of frames, as C's `printf` writes them.
+    /// Paths of all frames, as a format of C's `printf`.
     pub fn printf(&self, extension: &str) -> PathBuf {
         let text = |text: &str| text.replace('%', "%%");
         let folder = PathBuf::from(text(&self.folder().to_string_lossy()));
@@ -90,7 +90,7 @@ mod tests {
             Path::new("./100%%-%01d.png")
         );
         assert_eq!(Pattern::parse(Path::new("light-#.exr")).unwrap().whole("mp4"), Path::new("light.mp4"));
-        // Widths beyond 16 bits make the standard library panic.
+        // Widths above 16 bits make the standard library panic.
         for digits in [11, 70_000] {
             let error = Pattern::parse(Path::new(&format!("{}.exr", "#".repeat(digits)))).unwrap_err();
             assert!(error.to_string().contains(&format!("{digits} # in a row")));

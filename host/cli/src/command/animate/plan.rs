@@ -1,4 +1,4 @@
-//! What is to be rendered: the options, checked.
+//! Plan of an animation: the checked options.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -22,35 +22,35 @@ use super::pattern::Pattern;
 use crate::cli::{Animate, Usage};
 use crate::command::options::{self, check_fps, check_scene_files, duration, layer_names};
 
-/// Most frames of a run.
+/// Maximum number of frames of a run.
 const MAX_FRAMES: f64 = 1e6;
 
-/// What is to be rendered.
+/// Plan of an animation.
 pub struct AnimationPlan {
-    /// How to render, and the image.
+    /// Settings of frames and image.
     pub config: RenderConfig,
-    /// The runner that was asked for, by its name.
+    /// Name of the runner that the user asked for.
     pub runner: &'static str,
     /// Names of the files.
     pub pattern: Pattern,
-    /// Which part of the frames is rendered.
+    /// Part of the frames to render.
     pub shard: Shard,
-    /// The frames: those of the part.
+    /// Frames of the part.
     pub frames: Range<u32>,
     /// Frames a second [1/s].
     pub fps: f64,
-    /// Time between states on disk.
+    /// Time between saved states.
     pub every: Duration,
     /// Exposure of the PNGs.
     pub exposure: Exposure,
-    /// Layers for other tools.
+    /// Additional layers to write.
     pub aov: Vec<Aov>,
     /// Whether each EXR file has a PNG file beside it.
     pub pngs: bool,
 }
 
 impl AnimationPlan {
-    /// Checks what no type can, but for the frames.
+    /// Checks the options, except for the frames.
     pub fn new(options: &Animate) -> anyhow::Result<AnimationPlan> {
         let Animate { common, parameters, fps, .. } = options;
         let is_live = common.tev.is_some() || common.refresh.is_some();
@@ -71,11 +71,12 @@ impl AnimationPlan {
             config.path_history = PathHistory::Validated;
         }
         match config.path_history {
-            // Longer histories gain more from numbers that are even over frames; they and a denoiser go together.
+            // Validated histories are long: they gain more from samples that are even over frames. They go together with a
+            // denoiser.
             PathHistory::Validated if !parameters.has(&DENOISER) => {
                 config.denoiser = &denoiser::ATROUS;
             }
-            // Frames that nothing connects are looked at one by one.
+            // Without a history each frame is viewed by itself.
             PathHistory::None if !parameters.has(&SAMPLER) => config.sampler = Sampler::Blue,
             _ => {}
         }
@@ -93,22 +94,22 @@ impl AnimationPlan {
             aov: common.aov.clone(),
             pngs: options.pngs || options.video,
         };
-        // Their exposure is that of the first frame, which another shard may be about to render.
+        // The exposure is the first frame's, which another shard may not have rendered yet.
         if plan.is_part_of_one() && plan.exposure == Exposure::Auto {
             plan.pngs = false;
         }
         Ok(plan)
     }
 
-    /// Sets the frames where none were given: all of the scene's animations and edits; of a shard its part. Checks them, and the
-    /// files they make, none of which may be one of `files`, of which the scene is made.
+    /// Sets the frames where none were given: all of the scene's animations and edits, or the shard's part of them. Checks
+    /// the frames and their files; none may be one of `files`, which make up the scene.
     pub fn set_frames(&mut self, scene: &Scene, files: Vec<PathBuf>) -> anyhow::Result<()> {
         if self.frames.is_empty() {
             if scene.duration() <= 0.0 {
                 let name = &scene.name;
                 return Err(Usage(format!("nothing moves in {name}; give --frames A..B")).into());
             }
-            // Keys are in 32 bits: a duration of two seconds may be a little more.
+            // Times of keys have 32 bits: a duration of two seconds may be a little more.
             let end = (scene.duration() * self.fps - 1e-4).ceil().clamp(1.0, f64::from(u32::MAX));
             self.frames = 0..end as u32;
         }
@@ -119,7 +120,7 @@ impl AnimationPlan {
         self.frames = self.shard.frames(self.frames.clone()).map_err(Usage)?;
         let whole = [self.pattern.whole("mp4"), self.state(), lock::path_of(&self.state())];
         let frames = self.frames.clone().flat_map(|k| ["exr", "png"].map(|end| self.pattern.frame(k, end)));
-        // Of many frames only those are looked at that share a name with a file of the scene.
+        // Check only frames that share a file name with a file of the scene.
         let real = files.iter().filter_map(|file| file.canonicalize().ok()).collect::<Vec<_>>();
         let scene: Vec<_> = files.into_iter().chain(real).collect();
         let names: BTreeSet<_> = scene.iter().filter_map(|file| file.file_name()).collect();
@@ -134,29 +135,29 @@ impl AnimationPlan {
         Ok(())
     }
 
-    /// The file of what outlives its frame: each shard has one of its own.
+    /// File of the state that outlives a frame; each shard has its own.
     pub fn state(&self) -> PathBuf {
         let AnimationPlan { pattern, shard, .. } = self;
         pattern.whole(&if shard.is_part() { format!("{}.state", shard.name()) } else { "state".into() })
     }
 
-    /// The time that a frame shows (s).
+    /// Time that a frame shows (s).
     pub fn time_of(&self, frame: u32) -> f64 {
         f64::from(frame) / self.fps
     }
 
-    /// Whether something outlives its frame: then no frame can be rendered without those before it.
+    /// Whether state outlives a frame, so that no frame can be rendered without those before it.
     pub fn goes_on(&self) -> bool {
         self.config.method.kept(self.config.parts()).next().is_some()
     }
 
-    /// Whether the frames are part of those of one run, and no run of their own.
+    /// Whether the frames are part of one run's frames, rather than a run of their own.
     pub fn is_part_of_one(&self) -> bool {
         self.shard.is_part() && !self.goes_on()
     }
 
-    /// All that decides the bits of every frame, beside what is `shared` with other commands. The last frame is not in it: a
-    /// run may grow.
+    /// Identity of the run: everything that decides the bits of every frame, with the part that other commands share. It
+    /// excludes the last frame, so that a run can grow.
     pub fn identity(&self, shared: Identity) -> Identity {
         let history = self.config.history.settings;
         let history_settings = history.map_or("none".into(), |settings| format!("{settings:?}"));

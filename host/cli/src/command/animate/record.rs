@@ -1,4 +1,4 @@
-//! What is said of the frames of an animation.
+//! Records of the rendered frames of an animation.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -7,25 +7,25 @@ use caustics::counters::Counters;
 use caustics::runner::StepTime;
 use serde::Serialize;
 
-/// A frame that was rendered.
+/// A rendered frame.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderedFrame {
     /// Its index.
     pub frame: u32,
-    /// What it shows (s).
+    /// Time that it shows (s).
     pub time_s: f64,
-    /// False where it was there already, and was rendered again for its history.
+    /// Whether the frame was written; false where it existed and was rendered again for its history.
     pub written: bool,
     /// Wall time of posing and of all passes (ms).
     pub total_ms: f64,
     /// Time of each pass (ms).
     pub pass_ms: BTreeMap<String, f64>,
-    /// What the kernels counted.
+    /// Counters of the kernels.
     pub counters: Counters,
 }
 
 impl RenderedFrame {
-    /// Of a frame's measures.
+    /// Makes the record of a frame from its measures.
     pub fn new(
         (frame, time_s, written): (u32, f64, bool),
         wall: Duration,
@@ -40,7 +40,7 @@ impl RenderedFrame {
     }
 }
 
-/// Of all frames: the sums of their counters, and the mean of their times (ms).
+/// Sums of the counters of all frames, and mean of their times (ms).
 pub fn sums(records: &[RenderedFrame]) -> (Counters, f64) {
     let mut counters = Counters::default();
     for record in records {

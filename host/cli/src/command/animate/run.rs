@@ -1,4 +1,4 @@
-//! The frames of an animation, one after the other, and what they leave on disk.
+//! Run of an animation: frame after frame, with its files on disk.
 
 use std::time::Instant;
 
@@ -20,26 +20,26 @@ use crate::command::checkpoint_writer::CheckpointWriter;
 use crate::command::console::bar;
 use crate::command::options::layer_attributes;
 
-/// An animation in the making.
+/// An animation that is being rendered.
 pub struct Run {
-    /// What is to be rendered.
+    /// Plan of the animation.
     pub plan: AnimationPlan,
-    /// What is seen.
+    /// Scene, posed.
     pub scene: Scene,
     /// Name of the camera.
     pub camera: String,
-    /// What renders.
+    /// Session that renders.
     pub session: Session,
-    /// All that decides the bits.
+    /// Everything that decides the bits.
     pub identity: Identity,
-    /// The frame that scene and session stand at.
+    /// Frame that scene and session are posed at.
     pub posed: Option<u32>,
-    /// Whether what a history reuses is on disk.
+    /// Writer of the history's state, which remembers whether it succeeded.
     pub checkpoint_writer: CheckpointWriter,
 }
 
 impl Run {
-    /// Removes what is there of the frames.
+    /// Removes the existing frames and the state.
     pub fn forget(&self) -> anyhow::Result<()> {
         for frame in self.plan.frames.clone() {
             remove(&self.plan.pattern.frame(frame, "exr"))?;
@@ -50,7 +50,7 @@ impl Run {
         Ok(remove(&self.plan.state())?)
     }
 
-    /// Brings scene and session to a frame; where motion is asked for, from the one before.
+    /// Poses scene and session at a frame; where motion is needed, first at the frame before.
     fn pose(&mut self, frame: u32) -> anyhow::Result<()> {
         if let Some(before) = frame.checked_sub(1)
             && self.plan.aov.contains(&Aov::Motion)
@@ -63,15 +63,15 @@ impl Run {
         self.pose_at(self.plan.time_of(frame))
     }
 
-    /// Brings scene and session to a time (s).
+    /// Poses scene and session at a time (s).
     fn pose_at(&mut self, time: f64) -> anyhow::Result<()> {
         self.scene.pose(time)?;
         let camera = self.scene.camera(Some(&self.camera))?;
         Ok(self.session.pose(&self.scene, camera)?)
     }
 
-    /// The frames to render for those that are missing, in order. Where something outlives its frame, all from the last
-    /// known state on, which is restored.
+    /// Returns the frames to render for the missing ones, in order. Where state outlives a frame, restores the last known
+    /// state and returns all frames after it.
     fn begin(&mut self, missing: &[u32]) -> anyhow::Result<Vec<u32>> {
         let path = self.plan.state();
         let (Some(&first), Some(&last), true) = (missing.first(), missing.last(), self.plan.goes_on()) else {
@@ -83,7 +83,7 @@ impl Run {
                 return Err(refusal(&path.display().to_string(), &other).into());
             }
             if (begin..first).contains(&state.frame) {
-                // The next frame looks back at what stood where in this one.
+                // The next frame reads the positions of this one.
                 self.pose(state.frame)?;
                 let restored = self.session.restore(state.frame, &state.buffers);
                 restored.map_err(|error| state::damaged(&path, error))?;
@@ -93,7 +93,7 @@ impl Run {
         Ok((begin..=last).collect())
     }
 
-    /// Renders what is missing. The frames rendered, and whether all are there.
+    /// Renders the missing frames. Returns their records, and whether all frames exist.
     pub fn render(
         &mut self,
         missing: &[u32],
@@ -130,7 +130,7 @@ impl Run {
             }
         }
         bar.finish_and_clear();
-        // A state beyond the range is that of a longer run, which may go on.
+        // Keep a state beyond the range: a longer run may resume from it.
         let end = self.plan.frames.end;
         let is_used = |state: AnimationState| state.frame < end && state.identity == self.identity;
         if AnimationState::load(&path).ok().flatten().is_some_and(is_used) {
@@ -144,7 +144,7 @@ impl Run {
         AnimationState { identity: self.identity.clone(), frame, buffers: buffers.collect() }.save(path)
     }
 
-    /// Writes the frame at hand.
+    /// Writes the current frame.
     fn write(&mut self, frame: u32) -> anyhow::Result<()> {
         let mut image = self.session.image()?;
         image.auxiliary.keep(&self.plan.aov);
@@ -165,7 +165,7 @@ impl Run {
     }
 
     fn write_png(&mut self, frame: u32, image: &RenderedImage) -> anyhow::Result<()> {
-        // One for all frames: that of the first, which is written before all others.
+        // All frames share the exposure of the first one, which is written before all others.
         if self.plan.exposure == Exposure::Auto {
             let first = kept::image(&self.plan.pattern, self.plan.frames.start)?;
             self.plan.exposure = Exposure::Stops(self.plan.exposure.stops_for(&first));
@@ -180,7 +180,7 @@ impl Run {
         Ok(Target::claim(&path, true)?.finish(&bytes)?)
     }
 
-    /// Writes the PNGs of frames that were there, where they lack one or have one of another exposure.
+    /// Writes the PNGs of existing frames that lack one or have one of another exposure.
     pub fn write_kept_pngs(&mut self, missing: &[u32]) -> anyhow::Result<()> {
         for frame in self.plan.frames.clone().filter(|frame| missing.binary_search(frame).is_err()) {
             let image = kept::image(&self.plan.pattern, frame)?;

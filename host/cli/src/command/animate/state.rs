@@ -1,6 +1,6 @@
-//! What a history keeps from frame to frame, on disk: a run goes on from it to the same bits.
+//! State that a history keeps from frame to frame, on disk. A run resumes from it to the same bits.
 //!
-//! A sealed file: what the run is, the frame, names and sizes of buffers, then the buffers.
+//! Sealed file: the run's identity, the frame, names and sizes of buffers, then the buffers.
 
 use std::io::Write;
 use std::path::Path;
@@ -26,19 +26,19 @@ struct Head {
     buffers: Vec<(String, usize)>,
 }
 
-/// What frames up to one leave to the next.
+/// State after a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AnimationState {
-    /// All that decides its bits.
+    /// Everything that decides its bits.
     pub identity: Identity,
-    /// The last frame in it.
+    /// Last frame in it.
     pub frame: u32,
     /// Buffers by name.
     pub buffers: Vec<(String, Vec<u8>)>,
 }
 
 impl AnimationState {
-    /// Writes it; an older one is replaced at once, or stays whole.
+    /// Writes the state; an older one is replaced at once, or stays whole.
     pub fn save(&self, path: &Path) -> anyhow::Result<()> {
         let buffers = self.buffers.iter().map(|(name, bytes)| (name.clone(), bytes.len())).collect();
         let head = Head { identity: self.identity.clone(), frame: self.frame, buffers };
@@ -50,7 +50,7 @@ impl AnimationState {
         })?)
     }
 
-    /// Reads it; none where there is none.
+    /// Reads the state; none where the file does not exist.
     pub fn load(path: &Path) -> anyhow::Result<Option<AnimationState>> {
         if !path.exists() {
             return Ok(None);
@@ -60,9 +60,9 @@ impl AnimationState {
         Ok(Some(state.map_err(|why| Usage(format!("{}: the state {why}", path.display())))?))
     }
 
-    /// The same from the bytes of a file.
+    /// Parses the bytes of a file.
     fn parse(file: &[u8]) -> Result<AnimationState, Unusable> {
-        // Its buffers are there twice for a while.
+        // The buffers are in memory twice for a while.
         memory::check(file.len() as u64).map_err(Unusable::Memory)?;
         let (head, mut rest) = sealed::open::<Head>(KIND, file)?;
         let mut buffers = Vec::with_capacity(head.buffers.len());
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_saved_is_loaded_and_damaged_files_are_refused() {
+    fn saved_states_load_and_damaged_ones_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.state");
         assert_eq!(AnimationState::load(&path).unwrap(), None);
@@ -112,7 +112,7 @@ mod tests {
             let error = AnimationState::load(&path).unwrap_err().to_string();
             assert!(error.contains("a.state: the state is damaged"), "{error}");
         }
-        // The checksum is right, the sizes are not.
+        // The checksum is right, but the sizes are wrong.
         for size in [0, 9, usize::MAX] {
             let head =
                 Head { identity: Identity::new(), frame: 0, buffers: vec![("reprojected".into(), size)] };

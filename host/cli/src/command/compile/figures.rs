@@ -1,24 +1,24 @@
-//! The figures that most drivers tell, under the names that each has for them.
+//! Figures that most drivers report, under each driver's names.
 
 use caustics::vulkan::executable::{Executable, StatisticValue};
 use serde::Serialize;
 
-/// What a program costs. Of several programs of one pipeline the worst; none where the driver does not tell.
+/// Costs of a program; of several programs of one pipeline, the worst. None where the driver does not report them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
-    /// Registers of an invocation.
+    /// Registers per invocation.
     pub registers: Option<u64>,
-    /// Registers that found no room.
+    /// Registers that were spilled.
     pub spilled: Option<u64>,
-    /// Memory that stands in for registers and holds arrays (bytes): of a subgroup on AMD, of an invocation elsewhere.
+    /// Memory for spilled registers and arrays (bytes): per subgroup on AMD, per invocation elsewhere.
     pub scratch_bytes: Option<u64>,
-    /// Subgroups at once on a SIMD unit.
+    /// Concurrent subgroups per SIMD unit.
     pub waves: Option<u64>,
     /// Machine code (bytes).
     pub code_bytes: Option<u64>,
 }
 
-/// Names of Mesa's RADV, of AMD's own driver, of NVIDIA's and of Mesa's ANV.
+/// Names in Mesa's RADV, AMD's own driver, NVIDIA's driver and Mesa's ANV.
 const REGISTERS: [&str; 4] = ["VGPRs", "NumUsedVgprs", "Register Count", "GRF registers"];
 const SPILLED: [&str; 2] = ["Spilled VGPRs", "Spill count"];
 const SCRATCH: [&str; 4] =
@@ -27,7 +27,7 @@ const WAVES: [&str; 1] = ["Subgroups per SIMD"];
 const CODE: [&str; 2] = ["Code size", "Binary Size"];
 
 impl Figures {
-    /// Of all programs of a pipeline.
+    /// Returns the figures of all programs of a pipeline.
     pub fn from_executables(executables: &[Executable]) -> Figures {
         let all = |names: &[&str]| -> Vec<u64> {
             let statistics = executables.iter().flat_map(|executable| &executable.statistics);
@@ -43,7 +43,7 @@ impl Figures {
         Figures {
             registers: largest(&REGISTERS),
             spilled: largest(&SPILLED),
-            // NVIDIA's driver sets the bit of 2^36 in it.
+            // NVIDIA's driver sets bit 36 of this value; mask it off.
             scratch_bytes: largest(&SCRATCH).map(|bytes| bytes & u64::from(u32::MAX)),
             waves: all(&WAVES).into_iter().min(),
             code_bytes: largest(&CODE),
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn known_names_are_read_and_others_left() {
+    fn known_names_are_read_and_others_ignored() {
         let radv = executable(&[
             ("SGPRs", StatisticValue::Count(128)),
             ("VGPRs", StatisticValue::Count(144)),

@@ -1,4 +1,4 @@
-//! One entry point, compiled in this process: what `--one` asks for.
+//! Compiles one entry point in this process, for `--one`.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -14,12 +14,12 @@ use serde::{Deserialize, Serialize};
 use crate::cli::Usage;
 use crate::command::console::print;
 
-/// What a process that compiled an entry point prints.
+/// Output of a process that compiled an entry point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Compiled {
     /// Time that the driver took (ms).
     pub compile_ms: f64,
-    /// The driver's programs; none where it does not tell.
+    /// Programs of the driver; none where it reports none.
     pub executables: Vec<Executable>,
 }
 

@@ -1,4 +1,4 @@
-//! What became of every entry point, and its text. That holds no times: the same modules and driver give the same bytes.
+//! Results of all entry points, and their text. The text contains no times: equal modules and drivers give equal bytes.
 
 use std::fmt::Write;
 
@@ -13,12 +13,12 @@ use super::one::Compiled;
 pub struct CompileJob {
     pub module: &'static str,
     pub entry: String,
-    /// Whose needs these are.
+    /// Name of the needs: `all`, `none` or a scene.
     pub features: String,
     pub feature_bits: u32,
 }
 
-/// What became of it.
+/// Result of an entry point.
 #[derive(Clone, Debug, Serialize)]
 pub struct EntryPointRecord {
     #[serde(flatten)]
@@ -27,11 +27,11 @@ pub struct EntryPointRecord {
     pub figures: Figures,
     #[serde(flatten)]
     pub compiled: Option<Compiled>,
-    /// Why there is nothing.
+    /// Reason why the entry point did not compile.
     pub error: Option<String>,
 }
 
-/// All that is printed.
+/// Everything that is printed.
 #[derive(Clone, Debug, Serialize)]
 pub struct CompileReport {
     pub device: DeviceInfo,
@@ -40,7 +40,7 @@ pub struct CompileReport {
     pub entry_points: Vec<EntryPointRecord>,
 }
 
-/// Columns, failures and a last line.
+/// Returns the columns, the failures and a last line as text.
 pub fn text(report: &CompileReport) -> String {
     let device = &report.device;
     let mut out = format!("{} ({})\n", device.name, device.driver);

@@ -1,14 +1,14 @@
-//! An inspection for people.
+//! An inspection as text for the user.
 
 use std::fmt::Write;
 
 use caustics::inspect::{CameraPath, Inspection, LightPath, Photons, Point, Vertex};
 use caustics::text::cut;
 
-/// Characters of a name at most.
+/// Maximum length of a name (characters).
 const NAME: usize = 24;
 
-/// All that was found, a line a vertex.
+/// Table of the whole inspection, one line per vertex.
 pub fn table(inspection: &Inspection) -> String {
     let Inspection { pixel: [x, y], frame, camera_path, point, photons, light_paths } = inspection;
     let CameraPath { eye, vertices, leaves, .. } = camera_path;
@@ -45,7 +45,7 @@ pub fn table(inspection: &Inspection) -> String {
     text
 }
 
-/// What is to be said of all photons.
+/// Adds the summary of all photons.
 fn add_photons(text: &mut String, photons: &Photons) {
     let Photons { gathered, count, light_paths, skipped, flux, radiance, .. } = photons;
     line(
@@ -67,7 +67,7 @@ fn add_photons(text: &mut String, photons: &Photons) {
     }
 }
 
-/// A line a vertex, in columns.
+/// Adds one line per vertex, in columns.
 fn rows(text: &mut String, vertices: &[Vertex], carries: &str) {
     let cells: Vec<[String; 5]> = vertices
         .iter()

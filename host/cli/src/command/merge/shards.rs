@@ -1,4 +1,4 @@
-//! Joins the shards of a run: their sums, in f64, are those of the run.
+//! Merges the shards of a run: their sums, in f64, add up to the run's.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,12 +14,12 @@ use crate::command::identity::end;
 use crate::command::options::layers_named;
 use crate::command::shard::{ALL_FRAMES, SHARD};
 
-/// Attributes in which shards of one run may differ: they tell of machines.
+/// Attributes in which shards of one run may differ: they depend on the machine.
 const OF_MACHINES: [&str; 3] = ["runner", "device", "scene_file"];
-/// Missing shards that are named at most.
+/// Maximum number of missing shards that a message names.
 const MAX_NAMED: usize = 200;
 
-/// A shard by its head.
+/// A shard, read up to its head.
 struct Part<'a> {
     path: &'a Path,
     head: Head,
@@ -34,7 +34,7 @@ impl Part<'_> {
         Ok(Part { path, head, shard })
     }
 
-    /// What it is, but for which and where.
+    /// Identity and attributes of the run, without those of the part and the machine.
     fn run(&self) -> BTreeMap<String, String> {
         let Head { identity, about, .. } = &self.head;
         let of_run = |(name, _): &(String, String)| name != SHARD && !OF_MACHINES.contains(&name.as_str());
@@ -44,14 +44,14 @@ impl Part<'_> {
         run
     }
 
-    /// Whether it holds all of its frames, of so many.
+    /// Whether the shard holds all of its frames; `all` is the number of frames of all shards.
     fn is_whole(&self, all: u32) -> bool {
         let shape = self.head.shape;
         self.shard.frames(0..all).is_ok_and(|frames| (frames.start, frames.end) == (shape.first, shape.end()))
     }
 }
 
-/// Writes the mean of all shards, of which none may be missing.
+/// Writes the mean of all shards, none of which may be missing.
 pub fn join(options: &Merge, target: Target) -> anyhow::Result<()> {
     let mut parts = options.inputs.iter().map(|path| Part::read(path)).collect::<Result<Vec<_>, _>>()?;
     parts.sort_by_key(|part| part.shard.index);
@@ -84,7 +84,7 @@ pub fn join(options: &Merge, target: Target) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Refuses shards of different runs, and a run that is not whole.
+/// Refuses shards of different runs, and an incomplete run.
 fn check(parts: &[Part]) -> Result<(), Usage> {
     let first = &parts[0];
     for pair in parts.windows(2) {

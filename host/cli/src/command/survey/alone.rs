@@ -1,4 +1,4 @@
-//! A file in a process of its own: whatever it does there, the survey goes on.
+//! Runs the program on a file in a process of its own, so that the survey survives whatever happens there.
 
 use std::fs::File;
 use std::io::{Read, Seek};
@@ -6,21 +6,21 @@ use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// How often one looks whether a process has ended.
+/// Interval between checks whether a process has ended.
 const PATIENCE: Duration = Duration::from_millis(5);
 
-/// What a process left.
+/// Result of a process.
 pub struct Ended {
-    /// How it ended; none: by the limit.
+    /// Exit status; none where the time limit ended the process.
     status: Option<ExitStatus>,
     limit: Duration,
-    /// What it printed.
+    /// Output on stdout.
     pub stdout: Vec<u8>,
     stderr: String,
 }
 
 impl Ended {
-    /// Why it did not do what it should.
+    /// Returns why the process failed, if it did.
     pub fn fault(&self) -> Option<String> {
         let last_lines = || self.stderr.lines().rev();
         match self.status {
@@ -38,7 +38,7 @@ impl Ended {
     }
 }
 
-/// Runs this program on a file, for as long as it may take. Its output goes through files, which no process has to wait for.
+/// Runs this program on a file, up to a time limit. Output goes to files, so that no process waits for a reader.
 pub fn run_alone(program: &Path, arguments: &[&str], file: &Path, limit: Duration) -> Result<Ended, String> {
     let run = || -> std::io::Result<Ended> {
         let (stdout, stderr) = (tempfile::tempfile()?, tempfile::tempfile()?);
@@ -79,14 +79,14 @@ fn whole(mut file: File) -> std::io::Result<Vec<u8>> {
 mod tests {
     use super::*;
 
-    /// A line of shell that is given the file as `$0`.
+    /// Runs a line of shell, which gets the file as `$0`.
     fn shell(line: &str, limit: f64) -> Ended {
         let limit = Duration::from_secs_f64(limit);
         run_alone(Path::new("/bin/sh"), &["-c", line], Path::new("some.glb"), limit).unwrap()
     }
 
     #[test]
-    fn every_end_of_a_process_is_told() {
+    fn every_end_of_a_process_is_reported() {
         assert_eq!(shell("echo $0", 60.0).fault(), None);
         assert_eq!(shell("echo $0", 60.0).stdout, b"some.glb\n");
         for (line, word) in [

@@ -1,11 +1,11 @@
-//! What messages of different files have in common.
+//! Groups messages on different files by cause.
 
 use std::path::Path;
 
-/// A message without the file's name before it and without the advice behind.
+/// Returns a message without the leading file name and the trailing advice.
 pub fn cause(message: &str, file: &Path) -> String {
     let of_file = format!("{}: ", file.display());
-    // A warning names the path as it was given to a process, which ends like this one.
+    // Search for the path: a warning names it as it was given to the process.
     let rest = match message.find(&of_file) {
         Some(at) => &message[at + of_file.len()..],
         None => message,
@@ -27,9 +27,9 @@ pub fn cause(message: &str, file: &Path) -> String {
     rest[..end.unwrap_or(rest.len())].into()
 }
 
-/// The same with neither numbers nor names, so that it can be counted; the name of an extension stays.
+/// Returns a cause without numbers and names, so that equal causes can be counted. The names of extensions stay.
 pub fn kind(cause: &str) -> String {
-    // Who asks for it comes first: "node \"a\" and 3 more: its skin is left out".
+    // Cut off the owner: "node \"a\" and 3 more: its skin is left out".
     let owned =
         ["node ", "mesh ", "material ", "texture ", "image ", "camera ", "animation ", "skin ", "scene "];
     let cause = match cause.rsplit_once(": ") {
@@ -52,7 +52,7 @@ pub fn kind(cause: &str) -> String {
     if quoted { cause.into() } else { kind }
 }
 
-/// Each number of a text as N; digits in a word stay.
+/// Replaces each number of a text by N; digits within words stay.
 fn without_numbers(text: &str) -> String {
     let mut out = String::new();
     let is_number = |c: char| c.is_ascii_digit() || c == '.';
@@ -62,7 +62,7 @@ fn without_numbers(text: &str) -> String {
         let is_bare = !number.is_empty()
             && number.chars().all(is_number)
             && number.starts_with(|c: char| c.is_ascii_digit());
-        // "glTF 2.0" is no number of a file.
+        // "glTF 2.0" is not a number of the file.
         let is_version = at > 0 && out.ends_with("glTF ");
         match is_bare && !is_version {
             true => {
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn messages_of_one_kind_are_one() {
+    fn messages_of_one_kind_are_grouped() {
         let path = Path::new("a/b 2.glb");
         for (message, expected) in [
             (

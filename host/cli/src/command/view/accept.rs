@@ -1,7 +1,7 @@
-//! Connections: how many there are, and for how long one keeps its slot.
+//! Connections: their maximum number, and the time for which each keeps its slot.
 //!
-//! A connection is unauthenticated until it has shown the token. Beyond their number the oldest unauthenticated one is closed. One
-//! that sends no whole head of a request in time is closed, and so is one whose request is refused.
+//! A connection is unauthenticated until it has shown the token. If there are too many of those, the oldest is closed. A
+//! connection is also closed if it sends no complete request head in time, or if its request is refused.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::io::ErrorKind;
@@ -17,17 +17,17 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
 use tokio_io_timeout::TimeoutStream;
 
-/// Connections that have not shown the token, at most.
+/// Maximum number of connections that have not shown the token.
 const MAX_UNAUTHENTICATED: usize = 64;
-/// Connections that have shown it, at most, those of open pages aside: a browser opens six.
+/// Maximum number of connections that have shown it, besides those of open pages: a browser opens six.
 const MAX_AUTHENTICATED: usize = 64;
-/// Longest wait for the head of a request, on a new connection and between two requests.
+/// Maximum wait for the head of a request, on a new connection and between two requests.
 const HEAD: Duration = Duration::from_secs(10);
-/// Longest wait for a reader that takes nothing of an answer, an image or a message.
+/// Maximum wait for a client that reads nothing of an answer, an image or a message.
 const STALL: Duration = Duration::from_secs(30);
-/// Longest head of a request (bytes).
+/// Maximum length of a request's head (bytes).
 const MAX_HEAD: usize = 64 << 10;
-/// Wait after a connection could not be accepted, and the longest to which it is doubled.
+/// First and maximum pause after a failure to accept; each failure doubles it.
 const PAUSES: [Duration; 2] = [Duration::from_millis(50), Duration::from_secs(2)];
 
 /// Accepts connections until the future is dropped.
@@ -41,10 +41,10 @@ pub async fn accept(listener: TcpListener, router: Router) {
                 pause = PAUSES[0];
                 tokio::spawn(serve(stream, connections.add(), router.clone()));
             }
-            // The other side is gone already.
+            // The client has closed the connection already.
             Err(error)
                 if [ErrorKind::ConnectionAborted, ErrorKind::ConnectionReset].contains(&error.kind()) => {}
-            // As a rule the process has as many open files as it may.
+            // The usual cause is the limit of open files.
             Err(error) => {
                 if !std::mem::replace(&mut has_failed, true) {
                     message!(
@@ -60,7 +60,7 @@ pub async fn accept(listener: TcpListener, router: Router) {
     }
 }
 
-/// Answers the requests of a connection until it ends or has to leave.
+/// Answers the requests of a connection until it ends or must be closed.
 async fn serve(stream: TcpStream, slot: ConnectionSlot, router: Router) {
     let mut stream = TimeoutStream::new(stream);
     stream.set_write_timeout(Some(STALL));
@@ -69,13 +69,13 @@ async fn serve(stream: TcpStream, slot: ConnectionSlot, router: Router) {
     http.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(MAX_HEAD);
     let connection = pin!(http.serve_connection(TokioIo::new(Box::pin(stream)), answers).with_upgrades());
     tokio::select! {
-        // A connection that failed has ended, too.
+        // A failed connection has ended too.
         _ = connection => {}
         () = slot.handle.leave.notified() => {}
     }
 }
 
-/// All connections, those of open pages aside.
+/// All connections, except those of open pages.
 #[derive(Debug, Default)]
 struct OpenConnections {
     state: Mutex<State>,
@@ -83,14 +83,14 @@ struct OpenConnections {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Numbers of those that have not shown the token, and what tells them to leave; the oldest first.
+    /// Numbers of unauthenticated connections and their signals to close; the oldest comes first.
     unauthenticated: VecDeque<(u64, Arc<Notify>)>,
     authenticated: BTreeSet<u64>,
     next: u64,
     has_warned: bool,
 }
 
-/// A connection, as its requests know it.
+/// Handle to a connection for its requests.
 #[derive(Clone, Debug)]
 pub struct ConnectionHandle {
     connections: Arc<OpenConnections>,
@@ -98,7 +98,7 @@ pub struct ConnectionHandle {
     leave: Arc<Notify>,
 }
 
-/// A connection's slot, free again when this is dropped.
+/// Slot of a connection; dropping it frees the slot.
 #[derive(Debug)]
 struct ConnectionSlot {
     handle: ConnectionHandle,
@@ -109,7 +109,7 @@ impl OpenConnections {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds a connection, unauthenticated; the oldest such one is closed if there are too many.
+    /// Adds an unauthenticated connection; closes the oldest unauthenticated one if there are too many.
     fn add(self: &Arc<OpenConnections>) -> ConnectionSlot {
         let mut state = self.state();
         let handle =
@@ -130,7 +130,7 @@ impl OpenConnections {
         ConnectionSlot { handle }
     }
 
-    /// Closes the older half of the unauthenticated connections, one at least.
+    /// Closes the older half of the unauthenticated connections, at least one.
     fn make_room(&self) {
         let mut state = self.state();
         let half = state.unauthenticated.len().div_ceil(2);
@@ -139,7 +139,7 @@ impl OpenConnections {
 }
 
 impl ConnectionHandle {
-    /// Notes that the connection has shown the token; whether it may stay.
+    /// Marks the connection as authenticated. Returns whether it may stay.
     pub fn show_token(&self) -> bool {
         let mut state = self.connections.state();
         if state.authenticated.contains(&self.number) {
@@ -176,7 +176,7 @@ mod tests {
         let connections = Arc::new(OpenConnections::default());
         let mut slots: Vec<ConnectionSlot> = (0..MAX_UNAUTHENTICATED).map(|_| connections.add()).collect();
         assert!(slots[0].handle.show_token() && slots[0].handle.show_token());
-        // The guest's slot among the strangers is free.
+        // The authenticated connection has freed its slot among the unauthenticated ones.
         slots.push(connections.add());
         assert!(!slots.iter().any(has_to_leave));
         slots.push(connections.add());

@@ -1,4 +1,5 @@
-//! A page's connection. Images wait for the page to have shown the one before, so that a slow one gets fewer, and always the latest.
+//! Connection of a page. An image waits until the page has shown the one before, so a slow page gets fewer images, always
+//! the latest.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -19,18 +20,18 @@ use super::request::Message;
 use super::shared::{Content, Query, Shared};
 use super::site::Site;
 
-/// Words that wait for being sent, at most; more are dropped.
+/// Maximum number of messages that wait to be sent; more are dropped.
 const MAX_WORDS: usize = 32;
 
-/// Serves a page until it is gone.
+/// Serves a page until it closes.
 pub async fn run(socket: WebSocket, site: Arc<Site>, page: RegisteredPage) {
     site.shared.look_on(true);
     let (sink, stream) = socket.split();
     let (words, to_send) = mpsc::channel(MAX_WORDS);
-    // There is room for the first.
+    // The queue has room for the first message.
     let _ = words.try_send(json!({ "is": "hello", "run": site.run }).to_string());
     let (shown, was_shown) = watch::channel(0);
-    // Whichever ends first ends the other.
+    // The end of one ends the other.
     tokio::select! {
         () = listen(stream, &site.shared, &page, words, shown) => {}
         _ = speak(sink, &site, &page, to_send, was_shown) => {}
@@ -38,7 +39,7 @@ pub async fn run(socket: WebSocket, site: Arc<Site>, page: RegisteredPage) {
     site.shared.look_on(false);
 }
 
-/// Does what the page says.
+/// Carries out the messages of the page.
 async fn listen(
     mut stream: SplitStream<WebSocket>,
     shared: &Arc<Shared>,
@@ -64,7 +65,7 @@ async fn listen(
                 None
             }
             Ok(_) if !page.has_control() => Some(
-                json!({ "is": "error", "what": "another page has control; take it to change anything here" }),
+                json!({ "is": "error", "what": "another page has control; take control to change this" }),
             ),
             Ok(Message::Pick { x, y }) => {
                 answer(shared, "picked", Query::Pick([x, y]), words.clone());
@@ -88,12 +89,12 @@ async fn listen(
     }
 }
 
-/// Asks the renderer, and sends its answer when it comes.
+/// Asks the renderer, and sends its answer when it arrives.
 fn answer(shared: &Arc<Shared>, is: &'static str, query: Query, words: mpsc::Sender<String>) {
     let query = shared.ask(query);
     tokio::spawn(async move {
         let answer = match query {
-            // One that is not asked for any more is not made.
+            // Stop waiting when the page is gone.
             Ok(answer) => tokio::select! {
                 answer = answer => answer.unwrap_or_else(|_| Err("the program ends".into())),
                 () = words.closed() => return,
@@ -110,19 +111,19 @@ fn answer(shared: &Arc<Shared>, is: &'static str, query: Query, words: mpsc::Sen
             Ok(found) => json!({ "is": is, "what": found }),
             Err(error) => json!({ "is": "error", "what": error }),
         };
-        // A page that does not listen misses it.
+        // Drop the answer if the page does not read its messages.
         let _ = words.try_send(word.to_string());
     });
 }
 
-/// What of a side was sent last, and not yet shown.
+/// Image that was sent last for a side, and is not shown yet.
 struct Sent {
     serial: u64,
     look: Look,
     at: Instant,
 }
 
-/// Sends what is new. Ends with the connection, or the program.
+/// Sends every change. Ends with the connection or with the program.
 async fn speak(
     mut sink: SplitSink<WebSocket, Packet>,
     site: &Site,
@@ -138,7 +139,7 @@ async fn speak(
     status.mark_changed();
     holder.mark_changed();
     let mut line = Line::new();
-    // An image is on its way; what is shown of each side.
+    // `on_its_way` is the image in transfer, `has` what the page shows on each side.
     let mut on_its_way: Option<Sent> = None;
     let mut has: [Option<(u64, Look)>; 2] = [None, None];
     loop {
@@ -158,7 +159,7 @@ async fn speak(
                 }
                 let format = line.format();
                 let serial = frame.serial;
-                // One that waits for its turn ends with its page: it is none of the queue that threads take work from.
+                // A wait for a slot ends with its page, and takes no place in the queue of the threads.
                 let turn = Arc::clone(&site.packers).acquire_owned().await.ok()?;
                 let pack = move || {
                     let packet = packet(&frame, side, wanted, format);

@@ -1,10 +1,10 @@
-//! The control token: of the pages that are open, the one that holds it decides what is rendered.
+//! Control token: the open page that holds it decides what is rendered.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::watch;
 
-/// The open pages, one of which holds the control token.
+/// Open pages, one of which holds the control token.
 #[derive(Clone, Debug)]
 pub struct ControlToken {
     state: Arc<Mutex<State>>,
@@ -14,12 +14,12 @@ pub struct ControlToken {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Pages by their numbers, in the order in which they came.
+    /// Numbers of the pages, in the order in which they were opened.
     pages: Vec<u64>,
     next: u64,
 }
 
-/// An open page; dropping it takes the page off the list.
+/// An open page; dropping it removes the page.
 #[derive(Debug)]
 pub struct RegisteredPage {
     number: u64,
@@ -36,7 +36,7 @@ impl ControlToken {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Registers a page, unless there are as many already; the first one gets the token.
+    /// Registers a page, unless there are `max_pages` already; the first page gets the token.
     pub fn register(&self, max_pages: usize) -> Option<RegisteredPage> {
         let mut state = self.state();
         if state.pages.len() >= max_pages {
@@ -65,12 +65,12 @@ impl RegisteredPage {
         self.control_token.holder.send_replace(Some(self.number));
     }
 
-    /// Reports every change of the holder.
+    /// Returns a receiver of every change of the holder.
     pub fn changes(&self) -> watch::Receiver<Option<u64>> {
         self.control_token.holder.subscribe()
     }
 
-    /// Pages that look on.
+    /// Number of open pages.
     pub fn pages(&self) -> usize {
         self.control_token.state().pages.len()
     }
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_is_at_the_wheel_and_the_next_follows() {
+    fn one_page_has_control_and_the_next_follows() {
         let control_token = ControlToken::new();
         let first = control_token.register(3).unwrap();
         let second = control_token.register(3).unwrap();

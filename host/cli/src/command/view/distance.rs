@@ -1,4 +1,4 @@
-//! How far the two sides of a wipe are apart.
+//! Distance between the two sides of a wipe.
 
 use std::time::{Duration, Instant};
 
@@ -13,29 +13,29 @@ use serde_json::{Value, json};
 
 use super::share::Share;
 
-/// Measuring takes at most one part in so many of the time.
+/// Reciprocal of the maximum share of time for measuring.
 const SHARE: u32 = 8;
 
-/// The distance that was measured last.
+/// Distance that was measured last.
 #[derive(Debug)]
 pub struct Distance {
-    /// It, by the names of its measures.
+    /// Values by the names of the measures.
     pub value: Option<Value>,
     share: Share,
 }
 
 impl Distance {
-    /// None yet.
+    /// Returns a distance without values.
     pub fn new() -> Distance {
         Distance { value: None, share: Share::new(SHARE, Duration::from_millis(500)) }
     }
 
-    /// Forgets it: one of the sides is another.
+    /// Drops the values, since one of the sides has changed.
     pub fn forget(&mut self) {
         *self = Distance::new();
     }
 
-    /// Measures again, unless that would take too much of the time. Images are made only if it does.
+    /// Measures again, unless that would take too much of the time. Makes the images only when it measures.
     pub fn measure(&mut self, images: impl FnOnce() -> [RenderedImage; 2], stops: f64) {
         let start = Instant::now();
         if !self.share.is_due(start) {
@@ -51,7 +51,7 @@ impl Distance {
     }
 }
 
-/// How far an image is from another, at an exposure (stops).
+/// Distance between two images, at an exposure (stops).
 fn distances(own: &Pixels, other: &Pixels, stops: f64) -> Value {
     let flip = flip_ldr(own, other, Encoding::Linear, stops, Viewing::default().pixels_per_degree).mean();
     let errors = errors(own, other);
@@ -76,12 +76,12 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures_are_not_apart_and_others_are() {
+    fn equal_images_have_distance_zero_and_others_more() {
         let mut distance = Distance::new();
         distance.measure(|| [image(0.5), image(0.5)], 0.0);
         let same = distance.value.clone().unwrap();
         assert_eq!((same["FLIP"].as_f64(), same["relMSE"].as_f64()), (Some(0.0), Some(0.0)));
-        // Too soon for another.
+        // It is too soon for another measurement.
         distance.measure(|| [image(0.25), image(0.5)], 0.0);
         assert_eq!(distance.value, Some(same));
         distance.forget();

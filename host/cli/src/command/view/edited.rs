@@ -1,4 +1,4 @@
-//! The scene as a person edits it: a node that is grabbed for the first time has the scene read again, so that it can move.
+//! Scene with the user's edits. When a node is moved for the first time, the scene is read again with the node movable.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use super::request::NodeEdits;
 use crate::cli::Viewer;
 use crate::command::open::staged;
 
-/// A scene, and the edits that it stands at.
+/// A scene and its current edits.
 pub struct Edited {
     /// The scene.
     pub scene: Scene,
@@ -25,27 +25,27 @@ pub struct Edited {
 pub struct NodeInfo {
     index: usize,
     name: String,
-    /// Its own transform, as it is edited.
+    /// Transform of the node itself, as edited.
     translation: [f64; 3],
     rotation: [f64; 4],
     scale: [f64; 3],
-    /// Where it is, in the file's coordinates (m).
+    /// Position in the file's coordinates (m).
     position: [f64; 3],
-    /// Columns of the linear map from the world to the space of its parent.
+    /// Columns of the linear map from world space to the space of its parent.
     to_parent: [[f64; 3]; 3],
 }
 
 impl Edited {
-    /// A scene that was opened with these edits.
+    /// Makes the state of a scene that was opened with these edits.
     pub fn new(scene: Scene, file: PathBuf, edits: &Edits) -> Edited {
         Edited { scene, file, nodes: by_node(edits), keys: edits.keys.clone() }
     }
 
-    /// Brings the scene to these edits; whether it was read again.
+    /// Applies these edits to the scene. Returns whether the scene was read again.
     ///
     /// # Errors
     ///
-    /// If it cannot be read, or a node not be placed so; then all is as it was.
+    /// If the file cannot be read, or a node cannot be placed so; the scene and its edits stay as they were.
     pub fn bring(&mut self, options: &Viewer, nodes: &NodeEdits) -> anyhow::Result<bool> {
         if *nodes == self.nodes {
             return Ok(false);
@@ -54,7 +54,7 @@ impl Edited {
         let is_new = nodes.keys().any(|node| !self.nodes.contains_key(node))
             || self.nodes.keys().any(|node| !nodes.contains_key(node));
         if is_new {
-            // The same nodes are grabbed by who opens it with these edits.
+            // Reading with these edits makes their nodes movable, as for a scene that is opened with them.
             self.scene = staged(&self.file, &options.view, &options.loading, if_any(&edits))?.scene;
         } else {
             self.scene.play(&edits)?;
@@ -63,23 +63,23 @@ impl Edited {
         Ok(is_new)
     }
 
-    /// Whether anything is edited.
+    /// Whether there are edits or keys.
     pub fn is_edited(&self) -> bool {
         !self.nodes.is_empty() || !self.keys.is_empty()
     }
 
-    /// All edits, for `render --edits`: with a camera that was placed.
+    /// Returns all edits, for `render --edits`, including a placed camera.
     pub fn edits(&self, camera: &CameraChoice) -> Edits {
         let nodes = self.nodes.values().cloned().collect();
         Edits { camera: camera_edit(camera), nodes, keys: self.keys.clone() }
     }
 
-    /// The same with the keys of a recording in place of those that there were.
+    /// Returns all edits, with the keys of a recording instead of the current ones.
     pub fn recorded(&self, keys: Vec<Keyframe>) -> Edits {
         Edits { camera: None, nodes: self.nodes.values().cloned().collect(), keys }
     }
 
-    /// Where nodes stand that are edited.
+    /// Returns the edits of nodes.
     pub fn nodes(&self) -> &NodeEdits {
         &self.nodes
     }
@@ -110,18 +110,18 @@ pub fn by_node(edits: &Edits) -> NodeEdits {
     edits.nodes.iter().map(|edit| (edit.node, edit.clone())).collect()
 }
 
-/// Edits, unless there are none.
+/// Returns the edits, unless they are empty.
 pub fn if_any(edits: &Edits) -> Option<Edits> {
     (*edits != Edits::default()).then(|| edits.clone())
 }
 
-/// What people call a node.
+/// Name of a node for the user.
 pub fn label(node: &FileNode) -> String {
     let name = node.name.clone().unwrap_or_else(|| format!("node {}", node.index));
     if node.has_light { format!("{name} (light)") } else { name }
 }
 
-/// A camera that was placed, as an edit.
+/// Returns a placed camera as an edit.
 pub fn camera_edit(camera: &CameraChoice) -> Option<CameraEdit> {
     let CameraChoice::Placed(viewpoint) = camera else { return None };
     let (Some(Eye::At(from)), Some(look_at), Some(fov)) = (viewpoint.eye, viewpoint.look_at, viewpoint.field)
@@ -131,5 +131,5 @@ pub fn camera_edit(camera: &CameraChoice) -> Option<CameraEdit> {
     Some(CameraEdit { from: from.0.to_array(), look_at: look_at.0.to_array(), fov })
 }
 
-/// The name of a file of edits in commands.
+/// File name of the edits in commands.
 pub const FILE: &str = "edits.toml";

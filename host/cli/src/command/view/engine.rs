@@ -1,5 +1,5 @@
-//! Renders what is wanted: small frames that follow what moves, and, once all stands still, frames of the whole size that are
-//! averaged without end, as `render` does it.
+//! Renders the view request: small frames while something moves, then frames of the full size, which are averaged without
+//! end, as `render` does.
 
 mod answers;
 
@@ -27,54 +27,54 @@ use super::status::{self, Status};
 use crate::cli::Viewer;
 use crate::command::console::error_chain;
 
-/// Least time between images of what stands still; making them takes at most one part in so many of the time.
+/// Minimum time between images of a still view, and the reciprocal of the maximum share of time for making them.
 const SHOW_EVERY: Duration = Duration::from_millis(60);
 const SHOWS: u32 = 8;
-/// Least time between looks for new kernels.
+/// Minimum time between checks for new kernels.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// Minimum time between two statuses.
 const STATUS_EVERY: Duration = Duration::from_millis(100);
-/// Least time between failures that are told outside of the pages.
+/// Minimum time between warnings of failures on stderr.
 const WARN_EVERY: Duration = Duration::from_secs(1);
-/// Time that is waited after a failure, unless another view request comes.
+/// Pause after a failure, unless another view request arrives.
 const AFTER_FAILURE: Duration = Duration::from_secs(2);
 
-/// Renders what is wanted.
+/// Renders the view request.
 pub struct Engine<'a> {
     shared: Arc<Shared>,
     options: &'a Viewer,
     edited: Edited,
-    /// What renders while something moves, and its size.
+    /// Render job while something moves.
     moving: Option<RenderJob>,
     pace: Pace,
-    /// What converges: the image, and what it is held against.
+    /// Render jobs that converge: the image, and the one compared with it.
     still: [Option<RenderJob>; 2],
-    /// What the render jobs that converge stand at: text of the camera and the time; none since something moved.
+    /// Camera and time of the render jobs that converge, as text; none since something moved.
     stands: Option<String>,
-    /// The camera and the time of the last frame.
+    /// Camera and time of the last frame.
     camera: Option<SceneCamera>,
     time: f64,
     serial: u64,
     shows: Share,
     status_sent: Option<Instant>,
-    /// The exposure that suits the image (stops).
+    /// Exposure that fits the image (stops).
     suits: Option<f64>,
     distance: Distance,
-    /// Kernels from a folder, which change while this program runs.
+    /// Folder of kernels that are watched while this program runs.
     kernels: Option<Watch>,
     looked: Instant,
-    /// Why the last frame failed, if it did.
+    /// Failure of the last frame, if any.
     failed: Option<String>,
     warns: Share,
-    /// Since when it is recorded what moves, and what was.
+    /// Start of the recording, and its keys so far.
     records: Option<Instant>,
     recording: Recording,
-    /// What of the command line `render` is told too.
+    /// Arguments of the command line that `render` takes too.
     kept: Vec<String>,
 }
 
 impl<'a> Engine<'a> {
-    /// For a scene that is opened.
+    /// Makes the engine of an opened scene.
     pub fn new(shared: Arc<Shared>, options: &'a Viewer, edited: Edited) -> Engine<'a> {
         Engine {
             shared,
@@ -104,17 +104,17 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Renders until the end.
+    /// Renders until the program ends.
     pub fn run(mut self) {
         loop {
             match self.shared.next() {
                 Next::End => return,
                 Next::Answer(query, answer) => {
-                    // Whoever asked may be gone.
+                    // The page that asked may be gone.
                     let _ = answer.send(self.answer(&query));
                 }
                 Next::Words(request) => {
-                    // The layer needs more of the mean than others.
+                    // The variance layer needs more data of the mean than others.
                     if self.stands.is_some() && request.look.layer == Layer::Variance {
                         (0..2).for_each(|side| self.show_mean(side, &request));
                     }
@@ -123,10 +123,11 @@ impl<'a> Engine<'a> {
                 }
                 Next::Frame(request) => {
                     if let Err(error) = self.frame(&request) {
-                        // A session that failed is opened anew.
+                        // Open failed sessions anew.
                         (self.moving, self.still, self.stands) = (None, [None, None], None);
                         let message = error_chain(&error);
-                        // Until another view request comes it fails again; a page may have very many that fail.
+                        // The frame fails again until another view request arrives; warn once of each failure, and not too
+                        // often.
                         let now = Instant::now();
                         if self.failed.as_ref() != Some(&message) && self.warns.is_due(now) {
                             self.warns.spent(now, now);
@@ -164,12 +165,12 @@ impl<'a> Engine<'a> {
                 self.edited.scene.pose(time)?;
             }
             let camera = self.camera(request)?;
-            // While render jobs are brought there, they are not known to stand anywhere.
+            // While render jobs are being prepared, their camera and time are unknown.
             self.stands = None;
             let mut side = 0;
             for (other, run_config) in self.sides(request).into_iter().enumerate() {
                 self.bring(other, run_config, request, &camera, begins)?;
-                // In turns of the same time.
+                // Give both sides the same time in turn.
                 let wall = |job: &Option<RenderJob>| job.as_ref().map(|job| job.report.wall);
                 if wall(&self.still[other]).is_some_and(|wall_of| Some(wall_of) < wall(&self.still[side])) {
                     side = other;
@@ -180,7 +181,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Drops sessions whose kernels were compiled again: those that are opened then take the new ones.
+    /// Drops the sessions when kernels were compiled again; new sessions take the new kernels.
     fn take_new_kernels(&mut self, now: Instant) {
         if now - self.looked < LOOK_EVERY {
             return;
@@ -192,7 +193,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// How to render the image, and what it is held against.
+    /// Returns the configurations of the image and of the one compared with it.
     fn sides(&self, request: &ViewRequest) -> [Option<RunConfig>; 2] {
         let [own, other] = &request.run_configs;
         let against = match request.against {
@@ -201,7 +202,7 @@ impl<'a> Engine<'a> {
             Against::Reference => {
                 let mut reference = RunConfig::new(&PATH);
                 for parameter in [&RUNNER, &MAX_BOUNCES] {
-                    // A value that a parameter has itself is one that it takes.
+                    // A parameter accepts every value that it returns.
                     let _ = parameter.set(&mut reference, &parameter.get(own));
                 }
                 Some(RunConfig { asked_runner: own.asked_runner, ..reference }.effective())
@@ -210,12 +211,13 @@ impl<'a> Engine<'a> {
         [Some(still(own)), against]
     }
 
-    /// The camera that is wanted.
+    /// Returns the camera of the view request.
     fn camera(&mut self, request: &ViewRequest) -> anyhow::Result<SceneCamera> {
         let [width, height] = request.size.map(f64::from);
         let camera = match &request.camera {
             CameraChoice::Placed(viewpoint) => {
-                // A placed camera's name speaks of the file's coordinates, the tables of those around the origin.
+                // The name of a placed camera has the file's coordinates, the scene's tables have others; record the origin
+                // between them.
                 self.edited.scene.additions.insert("origin", self.edited.scene.origin.to_string());
                 self.edited.scene.view_from(viewpoint, width / height)?
             }
@@ -229,7 +231,7 @@ impl<'a> Engine<'a> {
         Ok(camera)
     }
 
-    /// Renders a frame of what moves.
+    /// Renders a frame while something moves.
     fn follow(&mut self, request: &ViewRequest, camera: &SceneCamera) -> anyhow::Result<()> {
         let run_config = request.run_configs[0].clone().effective();
         let size = self.pace.size(request.size, request.target_fps);
@@ -245,7 +247,7 @@ impl<'a> Engine<'a> {
         }
         let job = self.moving.as_mut().context("a session was opened")?;
         job.opened.session.pose(&self.edited.scene, camera)?;
-        // One that is stopped is the last.
+        // Only the end of the program stops such a frame.
         let Some(took) = job.frame()? else { return Ok(()) };
         self.pace.learn(size, took);
         self.record(request);
@@ -256,7 +258,7 @@ impl<'a> Engine<'a> {
         Ok(())
     }
 
-    /// Records where all is, if that is wanted.
+    /// Records the positions of nodes and the camera, if the view request asks for it.
     fn record(&mut self, request: &ViewRequest) {
         if !request.records {
             self.records = None;
@@ -273,7 +275,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Opens what converges on a side, or begins it anew.
+    /// Opens the render job of a side that converges, or restarts it.
     fn bring(
         &mut self,
         side: usize,
@@ -316,11 +318,11 @@ impl<'a> Engine<'a> {
         RenderJob::open(configuration, &self.options.machine, &self.options.view, &self.edited.scene, camera)
     }
 
-    /// Renders a frame of what converges.
+    /// Renders a frame of a side that converges.
     fn converge(&mut self, side: usize, request: &ViewRequest) -> anyhow::Result<()> {
         let job = self.still[side].as_mut().context("a session was opened")?;
         if job.frame()?.is_none() {
-            // Another view request came meanwhile.
+            // Another view request has arrived.
             self.stands = None;
             return Ok(());
         }
@@ -335,7 +337,7 @@ impl<'a> Engine<'a> {
         Ok(())
     }
 
-    /// Shows the mean of a side, if there is one.
+    /// Shows the mean of a side, if it has frames.
     fn show_mean(&mut self, side: usize, request: &ViewRequest) {
         let job = self.still[side].as_ref().filter(|job| job.sums.frames() > 0);
         if let Some((samples, mean)) = job.map(|job| (job.sums.frames(), job.mean(request.look.layer))) {
@@ -343,7 +345,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Measures how far the sides are apart.
+    /// Measures the distance between the sides.
     fn measure(&mut self, request: &ViewRequest) {
         let [Some(own), Some(other)] = &self.still else { return };
         if own.sums.frames() > 0 && other.sums.frames() > 0 {
@@ -352,7 +354,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Hands an image to the pages.
+    /// Passes an image to the pages.
     fn show(&mut self, side: usize, samples: u32, moves: bool, at: f64, mut shown: DisplayedImage) {
         if side == 0 {
             self.suits = Some(suiting(&shown.image, self.suits));

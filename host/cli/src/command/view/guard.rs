@@ -1,23 +1,23 @@
-//! Who may talk to the server: whoever knows its token, from a page of its own, by its own name.
+//! Access to the server: a request needs the token, an own page as origin, and an own name as host.
 
 use std::net::IpAddr;
 
 use axum::http::header::{HOST, ORIGIN};
 use axum::http::{HeaderMap, StatusCode, Uri};
 
-/// Bytes of a token.
+/// Length of a random token (bytes).
 const TOKEN_BYTES: usize = 16;
-/// Least length of a token that a person chose.
+/// Minimum length of a token that the user chose.
 const MIN_LENGTH: usize = 16;
 
-/// What a request must bring.
+/// Checks of requests.
 #[derive(Clone, Debug)]
 pub struct Guard {
     token: String,
 }
 
 impl Guard {
-    /// A guard with a random token.
+    /// Returns a guard with a random token.
     ///
     /// # Errors
     ///
@@ -28,11 +28,11 @@ impl Guard {
         Ok(Guard { token: bytes.iter().map(|byte| format!("{byte:02x}")).collect() })
     }
 
-    /// A guard with a token that a person chose, so that a page outlives the program.
+    /// Returns a guard with a token that the user chose, so that a page outlives the program.
     ///
     /// # Errors
     ///
-    /// If it can be guessed, or has other characters than those of an address.
+    /// If the token is too short, or has characters other than letters and digits.
     pub fn chosen(token: &str) -> Result<Guard, String> {
         if token.len() < MIN_LENGTH || !token.chars().all(|c| c.is_ascii_alphanumeric()) {
             return Err(format!("give at least {MIN_LENGTH} letters and digits"));
@@ -45,8 +45,8 @@ impl Guard {
         &self.token
     }
 
-    /// Why a request is refused, if it is. A name in `Host` that is none of this machine's own may be that of a foreign page which
-    /// had it resolved to this machine; and what another page asks for says so in `Origin`.
+    /// Returns the refusal of a request, if any. A foreign page may have had the name in `Host` resolved to this machine,
+    /// so it must be an own name. Requests of other pages are known by `Origin`.
     pub fn refuses(&self, uri: &Uri, headers: &HeaderMap) -> Option<(StatusCode, &'static str)> {
         let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
         let Some(host) = text(HOST).filter(|host| is_own(host)) else {
@@ -67,7 +67,7 @@ impl Guard {
     }
 }
 
-/// Whether a host, with its port or not, is localhost or a numeric address.
+/// Whether a host, with or without port, is localhost or a numeric address.
 fn is_own(host: &str) -> bool {
     let name = match host.rsplit_once(':') {
         Some((name, port)) if port.chars().all(|c| c.is_ascii_digit()) => name,
@@ -77,7 +77,7 @@ fn is_own(host: &str) -> bool {
     name == "localhost" || bare.parse::<IpAddr>().is_ok()
 }
 
-/// Whether two texts are equal, in a time that does not say where they differ.
+/// Whether two texts are equal; the time taken does not reveal where they differ.
 fn is_equal(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |different, (a, b)| different | (a ^ b)) == 0
 }

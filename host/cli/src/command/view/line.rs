@@ -1,8 +1,8 @@
-//! What a connection bears: whether images are sent as they are, or as JPEG, and how fine.
+//! Capacity of a connection: whether images are sent raw or as JPEG, and the JPEG quality.
 
 use std::time::{Duration, Instant};
 
-/// How an image is sent.
+/// Encoding of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Three bytes a pixel.
@@ -11,20 +11,20 @@ pub enum Format {
     Jpeg(u8),
 }
 
-/// Time from sending an image to its being shown that nobody minds.
+/// Time from sending an image to showing it that counts as prompt.
 const PROMPT: Duration = Duration::from_millis(60);
-/// Time that is too long.
+/// Time from sending an image to showing it that counts as slow.
 const SLOW: Duration = Duration::from_millis(250);
-/// Images that must be prompt in a row before larger ones are tried.
+/// Number of prompt images in a row before larger ones are tried.
 const TRIES: u32 = 8;
-/// Time after which a connection that once was too slow is tried with raw images again.
+/// Time after which a connection that was too slow for raw images tries them again.
 const PATIENCE: Duration = Duration::from_secs(30);
 const COARSEST: u8 = 40;
 const FINEST: u8 = 92;
-/// Quality to begin with.
+/// Initial quality.
 const DEFAULT_QUALITY: u8 = 80;
 
-/// A connection, by how soon the images that were sent over it were shown.
+/// A connection, judged by the time in which its images were shown.
 #[derive(Debug)]
 pub struct Line {
     format: Format,
@@ -33,17 +33,17 @@ pub struct Line {
 }
 
 impl Line {
-    /// One that nothing is known of.
+    /// Returns a connection of unknown capacity.
     pub fn new() -> Line {
         Line { format: Format::Jpeg(DEFAULT_QUALITY), prompt: 0, no_raw_before: None }
     }
 
-    /// How to send the next image.
+    /// Encoding of the next image.
     pub fn format(&self) -> Format {
         self.format
     }
 
-    /// Learns of an image how long it took until it was shown.
+    /// Learns from the time until an image was shown.
     pub fn learn(&mut self, took: Duration, now: Instant) {
         self.prompt = if took <= PROMPT { self.prompt + 1 } else { 0 };
         match self.format {
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_shown_at_once_becomes_raw_and_what_is_slow_coarse() {
+    fn prompt_pages_get_raw_images_and_slow_pages_coarse_ones() {
         let now = Instant::now();
         let mut line = Line::new();
         learn(&mut line, 40, 10, now);

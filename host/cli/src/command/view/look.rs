@@ -1,4 +1,4 @@
-//! How an image is shown: a layer of it as colours of eight bits.
+//! Display of an image: a layer of it in 8-bit colours.
 
 use caustics::exposure::Exposure;
 use caustics::rendered_image::RenderedImage;
@@ -7,7 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What of an image is shown.
+/// Layer to show.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Layer {
@@ -18,77 +18,77 @@ pub enum Layer {
     Path,
     /// Radiance of the caustics.
     Caustics,
-    /// Photons that each collection point took.
+    /// Number of photons that each collection point gathered.
     Photons,
     /// Radius of the collection points.
     Radius,
-    /// Which vertex of the camera path the collection point is.
+    /// Index of the collection point among the vertices of the camera path.
     Depth,
-    /// Standard error of the mean, relative to it.
+    /// Standard error of the mean, relative to the mean.
     Variance,
 }
 
 impl Layer {
-    /// All, with what they are.
+    /// All layers with names and descriptions.
     pub const ALL: [(Layer, &'static str, &'static str); 7] = [
         (Layer::Beauty, "beauty", "all light"),
-        (Layer::Path, "path", "light that is no caustic"),
-        (Layer::Caustics, "caustics", "caustics"),
-        (Layer::Photons, "photons", "photons that the collection point took"),
+        (Layer::Path, "path", "light without caustics"),
+        (Layer::Caustics, "caustics", "caustics alone"),
+        (Layer::Photons, "photons", "photons of the collection point"),
         (Layer::Radius, "radius", "radius of the collection point (m)"),
-        (Layer::Depth, "depth", "vertex of the camera path that is the collection point"),
-        (Layer::Variance, "variance", "estimated error of the mean, relative to it"),
+        (Layer::Depth, "depth", "path vertex of the collection point"),
+        (Layer::Variance, "variance", "estimated relative error"),
     ];
 }
 
-/// How an image is shown.
+/// Layer and exposure of the display.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
-    /// What of it.
+    /// Layer to show.
     pub layer: Layer,
-    /// How bright.
+    /// Exposure.
     pub exposure: Exposure,
 }
 
-/// An image that is to be shown.
+/// An image to show.
 #[derive(Clone, Debug, Default)]
 pub struct DisplayedImage {
     /// Its layers.
     pub image: RenderedImage,
-    /// Variance of the mean of all radiance; empty where nobody knows it.
+    /// Variance of the mean of all radiance; empty where it is unknown.
     pub variance: Vec<Vec3>,
-    /// The exposure that suits it, or what it is held against (stops).
+    /// Exposure that fits the image, or the image it is compared with (stops).
     pub suits: f64,
 }
 
-/// An image as it is shown: three bytes a pixel, row by row from the top.
+/// A displayed image: three bytes a pixel, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Raster {
     /// Width (px).
     pub width: u32,
     /// Height (px).
     pub height: u32,
-    /// Red, green, blue of each pixel.
+    /// Red, green and blue of each pixel.
     pub bytes: Vec<u8>,
-    /// The exposure (stops).
+    /// Exposure (stops).
     pub stops: f64,
-    /// What the brightest false colour stands for; none where colours are those of light.
+    /// Value of the brightest false colour; none for colours of light.
     pub brightest: Option<f32>,
 }
 
-/// Of so many pixels one decides the exposure that suits an image.
+/// Stride of the pixels from which the exposure is computed.
 const STRIDE: usize = 7;
-/// Stops by which that must change to be another: images must not flicker.
+/// Minimum change of the exposure (stops), so that images do not flicker.
 const STEADY: f64 = 0.35;
 
-/// The exposure (stops) that suits an image, or the one before if that does too.
+/// Returns the exposure (stops) that fits an image, or the previous one if it is close.
 pub fn suiting(image: &RenderedImage, before: Option<f64>) -> f64 {
     let stops = Exposure::Auto.stops(image.beauty().iter().step_by(STRIDE).map(|color| color.as_dvec3()));
     before.filter(|before| (before - stops).abs() < STEADY).unwrap_or(stops)
 }
 
 impl Look {
-    /// Its exposure (stops), where this one suits the image.
+    /// Returns the exposure (stops); `suits` is the one that fits the image.
     pub fn stops(&self, suits: f64) -> f64 {
         match self.exposure {
             Exposure::Auto => suits,
@@ -96,7 +96,7 @@ impl Look {
         }
     }
 
-    /// The image as it is shown.
+    /// Returns the image as it is displayed.
     pub fn raster(&self, shown: &DisplayedImage) -> Raster {
         let image = &shown.image;
         let mut raster =
@@ -131,8 +131,8 @@ fn relative_errors(shown: &DisplayedImage) -> Vec<f32> {
 }
 
 impl Raster {
-    /// Shows numbers by the colours of Viridis from 0 to what one in 500 exceeds, on a scale of square roots; black where there
-    /// are none.
+    /// Shows numbers in the colours of Viridis, on a square-root scale from 0 to the value that one in 500 exceeds. Numbers
+    /// that are missing are black.
     fn set(&mut self, values: &[f32]) {
         let mut seen: Vec<f32> = values.iter().copied().filter(|value| value.is_finite()).collect();
         let rank = seen.len() * 499 / 500;
@@ -151,17 +151,17 @@ impl Raster {
     }
 }
 
-/// The tone mapping of `display` as a table: by the upper half of the bits of a radiance, of which a step is less than a hundredth.
+/// Tone mapping of `display` as a table, indexed by the upper half of a radiance's bits. A step is less than one percent.
 struct ToneMap(Vec<u8>);
 
 impl ToneMap {
     fn new(stops: f64) -> ToneMap {
         let scale = stops.exp2() as f32;
-        // Without a sign there are 2^15.
+        // Without the sign bit there are 2^15 entries.
         let byte = |bits: u32| {
-            // The middle of all that have these bits.
+            // Take the middle of all radiances with these bits.
             let radiance = f32::from_bits(bits << 16 | 0x8000);
-            // Nothing is beyond infinity.
+            // Clamp to infinity.
             let radiance = if radiance.is_nan() { f32::INFINITY } else { radiance };
             (tone_mapped(Vec3::splat(radiance), scale).x * 255.0 + 0.5) as u8
         };
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn light_is_shown_as_display_does_it_to_a_step_or_two() {
+    fn light_matches_display_within_two_steps() {
         let colors: Vec<Vec3> = (0..1000).map(|i| Vec3::new(1e-3, 0.011, 0.2) * 1.01_f32.powi(i)).collect();
         let look = Look { layer: Layer::Beauty, exposure: Exposure::Stops(0.7) };
         let raster = look.raster(&shown(colors.clone()));
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn exposures_are_steady() {
+    fn small_changes_keep_the_exposure() {
         let grey = |value: f32| shown(vec![Vec3::splat(value); 100]).image;
         assert_eq!(suiting(&grey(0.18), None), 0.0);
         assert_eq!(suiting(&grey(0.2), Some(0.0)), 0.0);
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_false_colours_up_to_what_few_exceed() {
+    fn false_colours_end_at_a_value_that_few_exceed() {
         let look = Look { layer: Layer::Photons, exposure: Exposure::Auto };
         let raster = look.raster(&shown(vec![Vec3::ZERO; 1000]));
         assert_eq!(raster.brightest, Some(998.0));

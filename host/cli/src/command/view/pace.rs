@@ -1,45 +1,45 @@
-//! The size of frames while something moves: the largest at which they come fast enough.
+//! Size of frames while something moves: the largest that meets the frame rate.
 
 use std::time::Duration;
 
-/// Shares of the sides of an image.
+/// Sizes to choose from, as factors of an image's sides.
 const SHARES: [f64; 8] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.0625];
-/// Least side (px).
+/// Minimum side (px).
 const MIN_SIDE: u32 = 16;
-/// Pixels of the first frame at most, when nothing is known.
+/// Maximum number of pixels of the first frame, whose cost is unknown.
 const FIRST: u32 = 320 * 180;
-/// How much longer than wanted a frame may take before frames get smaller, and how much of that time larger ones may take.
+/// Frames get smaller above this factor of the target time, and larger if they would take less than `ROOM` of it.
 const TOO_LONG: f64 = 1.25;
 const ROOM: f64 = 0.8;
-/// Weight of the latest frame in what is known of all.
+/// Weight of the latest frame in the moving average.
 const LATEST: f64 = 0.4;
 
-/// What is known of how long frames take.
+/// Estimated cost of frames.
 #[derive(Debug)]
 pub struct Pace {
     level: usize,
-    /// Time of a pixel (s), none before the first frame.
+    /// Time of a pixel (s); none before the first frame.
     cost: Option<f64>,
 }
 
 impl Pace {
-    /// Nothing is known.
+    /// Returns an unknown cost.
     pub fn new() -> Pace {
         Pace { level: 0, cost: None }
     }
 
-    /// Learns how long a frame of this size took.
+    /// Learns from the time of a frame of this size.
     pub fn learn(&mut self, [width, height]: [u32; 2], took: Duration) {
         let cost = took.as_secs_f64() / (f64::from(width) * f64::from(height));
         self.cost = Some(self.cost.map_or(cost, |known| known + LATEST * (cost - known)));
     }
 
-    /// Forgets what is known, since frames are rendered in another way; they do not get larger at first.
+    /// Forgets the cost, since the configuration changed; the size does not grow at first.
     pub fn forget(&mut self) {
         self.cost = None;
     }
 
-    /// The size of the next frame of an image of this size, at so many frames a second.
+    /// Returns the size of the next frame of an image of size `full`, at `fps` frames a second.
     pub fn size(&mut self, full: [u32; 2], fps: f64) -> [u32; 2] {
         if let Some(cost) = self.cost {
             let time = |level: usize| cost * f64::from(pixels(full, level)) * fps;
@@ -74,9 +74,9 @@ mod tests {
     const FULL: [u32; 2] = [960, 540];
 
     #[test]
-    fn frames_are_as_large_as_the_rate_allows_and_stay_so() {
+    fn frames_have_the_largest_size_that_the_rate_allows_and_keep_it() {
         let mut pace = Pace::new();
-        // A machine of 1 us a pixel: 0.1 s are 100,000 px, and 518,400 px the whole.
+        // At 1 us a pixel, 0.1 s allow 100,000 px; the whole image has 518,400 px.
         let mut sizes = Vec::new();
         for _ in 0..10 {
             let size = pace.size(FULL, 10.0);

@@ -1,4 +1,4 @@
-//! An image as it travels to a page.
+//! Packet of an image for a page.
 
 use std::borrow::Cow;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use super::line::Format;
 use super::look::{Look, Raster};
 use super::shared::PageFrame;
 
-/// An image as it is sent: the length of a head in four bytes, the head in JSON, the bytes of the image.
+/// Encodes an image: the length of a head in four bytes, the head in JSON, the bytes of the image.
 pub fn packet(frame: &PageFrame, side: usize, look: Look, format: Format) -> Vec<u8> {
     let start = Instant::now();
     let raster = look.raster(&frame.shown);
@@ -28,7 +28,7 @@ pub fn packet(frame: &PageFrame, side: usize, look: Look, format: Format) -> Vec
     packet
 }
 
-/// What its bytes are, and the bytes.
+/// Returns the name of the encoding, and the bytes.
 fn encoded(raster: &Raster, format: Format) -> (&'static str, Cow<'_, [u8]>) {
     let raw = ("raw", Cow::from(&raster.bytes));
     let Format::Jpeg(quality) = format else { return raw };
@@ -41,7 +41,7 @@ fn encoded(raster: &Raster, format: Format) -> (&'static str, Cow<'_, [u8]>) {
     }
 }
 
-/// An image for the encoder. (Its own `encode` is compiled once for every kind of pixels there is.)
+/// An image for the encoder, whose own `encode` would be compiled for every pixel format.
 struct Rgb<'a> {
     width: u16,
     height: u16,
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn jpeg_shows_the_picture() {
+    fn jpeg_decodes_to_the_image() {
         let [width, height] = [40, 24];
         let color = |x: u32, y: u32| [6 * x as u8, 10 * y as u8, 200 - 3 * x as u8];
         let bytes = (0..width * height).flat_map(|i| color(i % width, i / width)).collect();

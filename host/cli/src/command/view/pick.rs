@@ -1,4 +1,4 @@
-//! What is met first in a pixel.
+//! First hit of a pixel's ray.
 
 use caustics::scene::{Scene, SceneCamera};
 use caustics_kernels::interface::features::Features;
@@ -6,24 +6,25 @@ use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::trace::Tracer;
 use serde::Serialize;
 
-/// What is met first in a pixel.
+/// First hit of a pixel's ray.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Picked {
-    /// Where, in the file's coordinates (m).
+    /// Position in the file's coordinates (m).
     pub position: [f64; 3],
     /// Distance from the eye (m).
     pub distance: f64,
-    /// Index of the triangle, and of the instance that it stands in; 0 is the world.
+    /// Index of the triangle.
     pub triangle: u32,
-    /// The instance.
+    /// Index of its instance; 0 is the world.
     pub instance: u32,
     /// Name of its material.
     pub material: String,
-    /// Index of the file's node that it is of.
+    /// Index of the node in the file that it belongs to.
     pub node: Option<usize>,
 }
 
-/// What a camera's ray meets first, in an image of this size (px), at a position by shares of its width and height from the upper left.
+/// Returns the first hit of the ray through `image_position`, in shares of width and height from the upper left; `size` is
+/// in px.
 pub fn picked(
     scene: &Scene,
     camera: &SceneCamera,

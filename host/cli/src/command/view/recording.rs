@@ -6,15 +6,15 @@ use caustics::scene::{CameraEdit, Keyframe, NodeEdit};
 
 use super::request::NodeEdits;
 
-/// Translations, rotations, scales and cameras of a recording, about: ten minutes of a node that is dragged before a camera that moves, at
-/// 60 frames a second. They take at most 40 MB of memory and 20 MB in a file.
+/// Maximum number of translations, rotations, scales and cameras of a recording. A node dragged before a moving camera, at
+/// 60 frames a second, gives them in about ten minutes. They take at most 40 MB of memory and 20 MB in a file.
 const MAX_VALUES: usize = 100_000;
 
-/// A value that lasts until another is recorded.
+/// A value that holds until another one is recorded.
 #[derive(Clone, Copy, Debug)]
 struct Held<T> {
     value: T,
-    /// Time of the last key that has it (s).
+    /// Time of the last key with the value (s).
     written: f64,
 }
 
@@ -26,7 +26,7 @@ struct HeldNode {
     scale: Option<Held<[f64; 3]>>,
 }
 
-/// Keys of what moves.
+/// Keys of everything that moves.
 #[derive(Debug, Default)]
 pub struct Recording {
     keys: Vec<Keyframe>,
@@ -38,13 +38,13 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Records where all is in a frame, at a time after that of the frame before (s). A recording that is full stays as it is.
+    /// Records nodes and camera in a frame, at a time after the previous frame's (s). A full recording stays as it is.
     pub fn add(&mut self, time: f64, nodes: &NodeEdits, camera: Option<CameraEdit>) {
         if self.is_full() || (time <= self.last && !self.keys.is_empty()) {
             return;
         }
         let times = [self.last, time];
-        // What rested until the frame before has a key there: between keys all is linear.
+        // Interpolation is linear: a value that rested until the previous frame needs a key there.
         let [mut before, mut now] = times.map(key_at);
         [before.camera, now.camera] = changed(&mut self.camera, camera, times);
         for (&node, edit) in nodes {
@@ -63,7 +63,7 @@ impl Recording {
         self.last = time;
     }
 
-    /// Whether no more is recorded.
+    /// Whether the recording is full.
     pub fn is_full(&self) -> bool {
         self.values >= MAX_VALUES
     }
@@ -78,7 +78,7 @@ impl Recording {
         self.keys.last().is_some_and(|key| key.time < self.last)
     }
 
-    /// The keys; the last one is that of the last frame.
+    /// Returns the keys; the last one is at the time of the last frame.
     pub fn keys(&self) -> Vec<Keyframe> {
         let mut keys = self.keys.clone();
         if self.rests() {
@@ -107,7 +107,7 @@ fn edit_of(node: usize) -> NodeEdit {
     NodeEdit { node, ..NodeEdit::default() }
 }
 
-/// Takes a value at the later of two times; what is to be recorded at each.
+/// Updates a held value at the later of two times. Returns the values to record at each time.
 fn changed<T: Copy + PartialEq>(
     held: &mut Option<Held<T>>,
     value: Option<T>,
@@ -131,7 +131,7 @@ fn values(key: &Keyframe) -> usize {
     usize::from(key.camera.is_some()) + key.nodes.iter().map(of_node).sum::<usize>()
 }
 
-/// Appends a key that has values, or adds them to those of the last one if that is of the same time.
+/// Appends a key that has values, or adds them to the last key if its time is the same.
 fn push(keys: &mut Vec<Keyframe>, mut key: Keyframe) {
     if values(&key) == 0 {
         return;
@@ -161,7 +161,7 @@ mod tests {
 
     use super::*;
 
-    /// The x of a node at a time, as keys are played: linear between those that have it.
+    /// Interpolates the x of a node at a time, linearly between the keys that have it.
     fn x_at(keys: &[Keyframe], node: usize, time: f64) -> Option<f64> {
         let of_key = |key: &Keyframe| {
             let edit = key.nodes.iter().find(|edit| edit.node == node)?;
@@ -180,12 +180,12 @@ mod tests {
     }
 
     #[test]
-    fn keys_of_what_changed_play_what_was_recorded() {
+    fn recorded_keys_play_the_recorded_motion() {
         let mut recording = Recording::default();
         let mut frames = Vec::new();
         let mut nodes = NodeEdits::new();
         for frame in 0..150_u32 {
-            // Node 1 rests for 20 frames after 20; node 2 comes at 50 and rests from 60 on; node 3 rests.
+            // Node 1 rests for 20 frames after frame 20. Node 2 appears at 50 and rests from 60 on. Node 3 always rests.
             let x = f64::from(if frame / 20 % 2 == 0 { frame } else { frame / 20 * 20 });
             let late = f64::from(frame.min(60));
             for (node, x) in [(1, Some(x)), (2, (frame >= 50).then_some(late)), (3, Some(7.0))] {
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!((keys.len(), keys.last().unwrap().time), (recording.len(), frames.last().unwrap().time));
         let edits = Edits { keys: keys.clone(), ..Edits::default() };
         assert_eq!(Edits::parse(&edits.to_toml().unwrap()).unwrap(), edits);
-        // The rotation, which never changes, is in the first and the last key alone; node 3 is too.
+        // The rotation never changes, so only the first and the last key have it; the same holds for node 3.
         let with_rotation = keys.iter().flat_map(|key| &key.nodes).filter(|edit| edit.rotation.is_some());
         assert_eq!(with_rotation.filter(|edit| edit.node == 1).count(), 2);
         assert_eq!(keys.iter().flat_map(|key| &key.nodes).filter(|edit| edit.node == 3).count(), 2);

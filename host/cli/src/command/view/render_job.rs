@@ -1,4 +1,4 @@
-//! A configuration that converges: the same frames as those of `render`, summed.
+//! A configuration that converges: the frames of `render`, summed.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -20,13 +20,13 @@ use crate::command::open::{Opened, opened};
 use crate::command::options;
 use crate::command::report::RunReport;
 
-/// Estimating the error takes at most one part in so many of the time.
+/// Reciprocal of the maximum share of time for estimating the error.
 const ESTIMATES: u32 = 16;
 
-/// Configuration that a session is opened for.
+/// Configuration of a session.
 #[derive(Clone, Debug)]
 pub struct JobConfiguration {
-    /// How to render.
+    /// Settings of the frames.
     pub run_config: RunConfig,
     /// Size of its frames (px).
     pub size: [u32; 2],
@@ -37,16 +37,16 @@ pub struct JobConfiguration {
 }
 
 impl JobConfiguration {
-    /// Text of all that it is.
+    /// Text of the whole configuration.
     pub fn key(&self) -> String {
         let JobConfiguration { run_config, size, averages, features } = self;
         format!("{} {size:?} {averages} {features:?}", run_config.key())
     }
 
-    /// The settings of its frames, as those of `render` are.
+    /// Returns the settings of its frames, the same as in `render`.
     pub fn config(&self, view: &ImageOptions) -> anyhow::Result<RenderConfig> {
         let [width, height] = self.size;
-        // One frame goes through the centres of its pixels.
+        // A single frame goes through the centres of its pixels.
         let frames = if self.averages { u32::MAX } else { 1 };
         let view = ImageOptions { width, height, ..view.clone() };
         let config = options::config(&view, &self.run_config.config, frames)?.with_defaults_of_method();
@@ -57,27 +57,27 @@ impl JobConfiguration {
 
 /// A session and the sum of its frames.
 pub struct RenderJob {
-    /// What it was opened for, as text.
+    /// Key of its configuration.
     pub key: String,
-    /// How it renders.
+    /// Its configuration.
     pub configuration: JobConfiguration,
     /// Its settings.
     pub config: RenderConfig,
-    /// The session, and where it runs.
+    /// Session with its runner.
     pub opened: Opened,
     /// Its frames so far.
     pub sums: Accumulation,
-    /// Their times and counters.
+    /// Times and counters of its frames.
     pub report: RunReport,
-    /// Estimated relative mean square error of their mean, as last looked at.
+    /// Estimated relative mean square error of the mean, as last computed.
     pub error: f64,
     estimates: Share,
-    /// Frames rendered since it was begun.
+    /// Number of frames rendered since the start.
     frames: u32,
 }
 
 impl RenderJob {
-    /// Opens a session at the pose at hand.
+    /// Opens a session at the scene's pose.
     pub fn open(
         configuration: JobConfiguration,
         machine: &Machine,
@@ -104,12 +104,12 @@ impl RenderJob {
         })
     }
 
-    /// Lets the flag end its frames.
+    /// Lets a flag stop its frames.
     pub fn stop_by(&mut self, flag: &Arc<AtomicBool>) {
         self.opened.session.stop_by(flag);
     }
 
-    /// Begins anew, at the pose at hand.
+    /// Restarts at the scene's pose.
     pub fn restart(&mut self, scene: &Scene, camera: &SceneCamera) -> Result<(), SessionError> {
         self.opened.session.pose(scene, camera)?;
         self.opened.session.restart()?;
@@ -120,7 +120,7 @@ impl RenderJob {
         Ok(())
     }
 
-    /// Renders the next frame; how long it took, none if it was stopped.
+    /// Renders the next frame. Returns its time, or none if it was stopped.
     pub fn frame(&mut self) -> Result<Option<Duration>, SessionError> {
         let start = Instant::now();
         let session = &mut self.opened.session;
@@ -145,7 +145,7 @@ impl RenderJob {
         Ok(())
     }
 
-    /// The mean of its frames, with what the layer needs.
+    /// Returns the mean of its frames, with the data that the layer needs.
     pub fn mean(&self, layer: Layer) -> DisplayedImage {
         let variance = (layer == Layer::Variance).then(|| self.sums.variance()).flatten().unwrap_or_default();
         DisplayedImage { image: self.sums.mean(), variance, ..DisplayedImage::default() }

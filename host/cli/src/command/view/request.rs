@@ -1,4 +1,4 @@
-//! What is wanted of the image, and the messages of the page that change it.
+//! View request, and the messages of the page that change it.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -14,19 +14,19 @@ use serde::{Deserialize, Serialize};
 
 use super::look::{Layer, Look};
 
-/// What moves counts as moving for so long after it last did.
+/// Time after the last movement for which something still counts as moving.
 const SETTLES: Duration = Duration::from_millis(250);
-/// Nodes that can be moved, at most.
+/// Maximum number of nodes that can be moved.
 pub const MAX_EDITS: usize = 1000;
-/// Characters of a message that are repeated to who sent it, at most.
+/// Maximum number of characters of a message that an error repeats.
 const MAX_ERROR: usize = 400;
-/// Frames a second that one can ask for.
+/// Range of frame rates that a page can set (frames a second).
 pub const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
 
 /// Edits by the index of their node.
 pub type NodeEdits = BTreeMap<usize, NodeEdit>;
 
-/// What the image is held against.
+/// Image to compare with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Against {
@@ -35,47 +35,47 @@ pub enum Against {
     Nothing,
     /// Another configuration.
     Other,
-    /// What path tracing of everything converges to.
+    /// Path tracing of all light.
     Reference,
 }
 
-/// What is wanted of the image.
+/// View request: everything that decides the image.
 #[derive(Clone, Debug)]
 pub struct ViewRequest {
-    /// Whom it is seen by.
+    /// Camera.
     pub camera: CameraChoice,
-    /// When the page asked for that camera, by its own clock.
+    /// Time at which the page chose that camera, by its own clock.
     pub at: f64,
     /// Time of the animations (s).
     pub time: f64,
-    /// Since when they play, from that time on.
+    /// Start of playing, from that time on.
     pub playing: Option<Instant>,
     /// Width and height of the image (px).
     pub size: [u32; 2],
     /// Frames a second to hold while something moves.
     pub target_fps: f64,
-    /// How to render, and how to render what it is held against.
+    /// Configurations of the image and of the one to compare with.
     pub run_configs: [RunConfig; 2],
-    /// What it is held against.
+    /// Image to compare with.
     pub against: Against,
-    /// How an image is shown.
+    /// Display of the image.
     pub look: Look,
-    /// Until when something counts as moving.
+    /// End of the time for which something counts as moving.
     pub moves_until: Option<Instant>,
-    /// Where nodes are put.
+    /// Edits of nodes.
     pub nodes: NodeEdits,
-    /// Whether what moves is recorded.
+    /// Whether movements are recorded.
     pub records: bool,
-    /// Whether nothing is rendered.
+    /// Whether rendering is paused.
     pub paused: bool,
 }
 
-/// What the page says.
+/// Message of a page.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Message {
-    /// Look from here, in the file's coordinates (m), with this vertical field of view (degrees); `at` is the time of the page's clock,
-    /// which the image tells back.
+    /// Look from a position, in the file's coordinates (m), with this vertical field of view (degrees). `at` is the time of
+    /// the page's clock, which the image returns.
     Look {
         from: [f64; 3],
         look_at: [f64; 3],
@@ -85,33 +85,33 @@ pub enum Message {
     },
     /// Look through a camera of the file.
     Camera { name: String },
-    /// Go to a time (s), and play or not.
+    /// Go to a time (s), and play or stop.
     Time { seconds: f64, playing: bool },
-    /// Give an axis a value, of the image (0) or of what it is held against (1).
+    /// Set a parameter, of the image (0) or of the one to compare with (1).
     Axis { side: u8, key: String, value: String },
     /// Size of the image (px).
     Size { width: u32, height: u32 },
-    /// Frames a second to hold while something moves.
+    /// Frame rate to hold while something moves (frames a second).
     Rate { fps: f64 },
     /// Exposure, in stops or `auto`.
     Exposure { stops: String },
-    /// The layer that is shown.
+    /// Layer to show.
     Layer { name: Layer },
-    /// What the image is held against.
+    /// Image to compare with.
     Against { what: Against },
-    /// Put a node of the file there, by its own transform.
+    /// Place a node of the file by its own transform.
     Place { node: usize, translation: [f64; 3], rotation: [f64; 4], scale: [f64; 3] },
-    /// Put a node back to where the file has it.
+    /// Reset a node to its transform in the file.
     PutBack { node: usize },
-    /// Record what moves from now on, or no more.
+    /// Start or stop recording movements.
     Record { on: bool },
-    /// Whether nothing is rendered.
+    /// Pause or resume rendering.
     Pause { paused: bool },
-    /// What is met first in a pixel; positions are shares of width and height.
+    /// Query the first hit of a pixel; positions are shares of width and height.
     Pick { x: f64, y: f64 },
-    /// What light transport did in a pixel; positions are shares of width and height.
+    /// Query the light transport of a pixel; positions are shares of width and height.
     Inspect { x: f64, y: f64 },
-    /// What is known of a node of the file.
+    /// Query the description of a node of the file.
     Node { node: usize },
     /// The page has shown an image.
     Shown { serial: u64 },
@@ -120,29 +120,29 @@ pub enum Message {
 }
 
 impl Message {
-    /// What a page says in JSON.
+    /// Parses a message in JSON.
     ///
     /// # Errors
     ///
-    /// Why it is no message, for people.
+    /// If it is not a message; the text is for the user.
     pub fn parse(json: &[u8]) -> Result<Message, String> {
         serde_json::from_slice(json)
-            .map_err(|error| format!("no message that is known: {}", cut(&error.to_string(), MAX_ERROR)))
+            .map_err(|error| format!("unknown message: {}", cut(&error.to_string(), MAX_ERROR)))
     }
 }
 
 impl ViewRequest {
-    /// Does what a message says; whether the image at hand is no longer what is wanted.
+    /// Applies a message. Returns whether the current image is outdated.
     ///
     /// # Errors
     ///
-    /// What is wrong with it, for people.
+    /// If the message is invalid; the text is for the user.
     pub fn take(&mut self, message: &Message) -> Result<bool, String> {
         match message {
             Message::Look { from, look_at, fov, at } => {
                 let [from, look_at] = [from, look_at].map(|position| Position(DVec3::from_array(*position)));
                 if !from.0.is_finite() || !look_at.0.is_finite() {
-                    return Err("a camera must be somewhere".into());
+                    return Err("positions of a camera must be finite numbers".into());
                 }
                 let placed = CameraChoice::from_options(None, Some(from), Some(look_at), Some(*fov))?;
                 self.camera = placed;
@@ -214,7 +214,7 @@ impl ViewRequest {
     }
 
     fn set(&mut self, side: u8, key: &str, value: &str) -> Result<(), String> {
-        let parameter = Parameter::find(key).ok_or_else(|| format!("there is no axis {key:?}"))?;
+        let parameter = Parameter::find(key).ok_or_else(|| format!("there is no parameter {key:?}"))?;
         let run_config = self.run_configs.get_mut(usize::from(side)).ok_or("there are two sides, 0 and 1")?;
         let mut changed = run_config.clone();
         parameter.set(&mut changed, value).map_err(|wrong| format!("{}: {wrong}", parameter.head))?;
@@ -238,7 +238,7 @@ impl ViewRequest {
         self.playing.is_some() || self.moves_until.is_some_and(|until| now < until)
     }
 
-    /// The time of the animations now (s), which start again after this duration (s).
+    /// Returns the time of the animations now (s); they repeat after this duration (s).
     pub fn time_at(&self, now: Instant, duration: f64) -> f64 {
         match self.playing {
             Some(since) if duration > 0.0 => (self.time + (now - since).as_secs_f64()).rem_euclid(duration),
@@ -247,11 +247,11 @@ impl ViewRequest {
     }
 }
 
-/// The configuration while all stands still and frames are averaged, as `render` does it: no history can help.
+/// Returns the configuration of a still view, whose frames are averaged as in `render`, so that histories do not help.
 pub fn still(run_config: &RunConfig) -> RunConfig {
     let mut run_config = run_config.clone();
     for parameter in [&HISTORY, &PATH_HISTORY] {
-        // A value that a parameter has itself is one that it takes.
+        // A parameter's neutral value is always valid.
         let _ = parameter.set(&mut run_config, parameter.neutral);
     }
     run_config.effective()

@@ -1,4 +1,4 @@
-//! The image as a file, and the command that renders it again.
+//! The image as a file, and the command that renders it.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use super::request::ViewRequest;
 use crate::cli::Cli;
 use crate::command::identity::{attributes, end, identity};
 
-/// The EXR file of what a render job has summed: that of `render`, byte for byte but for the seconds that it took.
+/// Encodes the sum of a render job as EXR: the file of `render`, byte for byte, except for the seconds that it took.
 pub fn exr(job: &RenderJob, scene: &Scene, camera: &str, file: &Path) -> anyhow::Result<Vec<u8>> {
     let RenderJob { opened, config, sums, report, .. } = job;
     let session = &opened.session;
@@ -28,7 +28,7 @@ pub fn exr(job: &RenderJob, scene: &Scene, camera: &str, file: &Path) -> anyhow:
     Ok(exr::encode(&sums.mean(), variance, &attributes)?)
 }
 
-/// Options of `view` that the page decides, or that `render` does not have; parameters are left out too.
+/// Options of `view` that the page decides or that `render` lacks, besides the parameters.
 const OF_THE_PAGE: [&str; 12] = [
     "edits",
     "port",
@@ -44,7 +44,7 @@ const OF_THE_PAGE: [&str; 12] = [
     "exposure",
 ];
 
-/// Arguments of `view` that `render` takes too, as words of a command.
+/// Returns the arguments of `view` that `render` takes too, as words of a command.
 pub fn kept() -> Vec<String> {
     let command = Cli::command();
     let (Some(view), Ok(matches)) = (command.find_subcommand("view"), command.clone().try_get_matches())
@@ -60,7 +60,7 @@ pub fn kept() -> Vec<String> {
         if !is_given || is_parameter || OF_THE_PAGE.contains(&id) {
             continue;
         }
-        // An argument of this process has no NUL.
+        // Quoting fails only for a NUL, which no argument has.
         match argument.get_long() {
             Some(name) if !argument.get_action().takes_values() => words.push(format!("--{name}")),
             Some(name) => words.extend(
@@ -72,15 +72,15 @@ pub fn kept() -> Vec<String> {
     words
 }
 
-/// What of an image is not in the view request.
+/// Properties of an image that the view request lacks.
 pub struct Shot<'a> {
     /// Name of the camera.
     pub camera: &'a str,
-    /// Whether nodes are where a file of edits says, and the camera with them.
+    /// Whether a file of edits places nodes and the camera.
     pub is_edited: bool,
     /// Time of the animations (s).
     pub time: f64,
-    /// Frames that it is the mean of.
+    /// Number of frames in the mean.
     pub frames: u32,
     /// Exposure of the PNG.
     pub stops: f64,
@@ -88,8 +88,8 @@ pub struct Shot<'a> {
     pub is_staged: bool,
 }
 
-/// The command that renders an image again, with the same bits: `kept` of the command line, and what the page decided. None if
-/// no command can say it: the camera's name has a NUL.
+/// Returns the command that renders the image again, to the same bits: `kept` from the command line, and the page's
+/// choices. None if the camera's name has a NUL, which no command can hold.
 pub fn command(
     kept: &[String],
     request: &ViewRequest,
@@ -100,7 +100,7 @@ pub fn command(
     let mut words = vec!["caustics".to_string(), "render".into()];
     words.extend_from_slice(kept);
     let is_kept = |start: &str| kept.iter().any(|word| word.starts_with(start));
-    // With a camera that is placed a thing that glows would stay as it is.
+    // With a placed camera, a glowing object would get no light otherwise.
     if is_staged && !is_kept("--default-light") {
         words.push("--default-light".into());
     }
@@ -109,7 +109,7 @@ pub fn command(
     }
     match request.camera {
         CameraChoice::Placed(_) if is_edited => {}
-        // Its name is the options that place it.
+        // A placed camera has its options as name.
         CameraChoice::Placed(_) => {
             words.extend(camera.split(' ').map(shell::quoted).collect::<Option<Vec<_>>>()?);
         }
@@ -125,7 +125,7 @@ pub fn command(
         PARAMETERS.into_iter().filter(|parameter| (parameter.not_applicable)(run_config).is_none());
     options.extend(parameters.filter_map(|parameter| spelled(parameter, run_config)));
     options.push(("frames".into(), frames.to_string()));
-    // One frame alone would go through the centres of its pixels, and see textures by their footprints.
+    // A single frame would go through the centres of its pixels, and read textures at the footprint's level.
     if !is_kept("--pixel-filter ") {
         options.push(("pixel-filter".into(), "box".into()));
     }
@@ -140,7 +140,7 @@ pub fn command(
     Some(words.join(" "))
 }
 
-/// The option of a parameter and its value; none where it is the usual one, or `render` does not have it.
+/// Returns the option of a parameter with its value; none where it is the default, or where `render` lacks the option.
 fn spelled(parameter: &'static Parameter, run_config: &RunConfig) -> Option<(String, String)> {
     let value = match (parameter, run_config.config.light_paths) {
         (parameter, _) if [&HISTORY, &PATH_HISTORY].contains(&parameter) => return None,

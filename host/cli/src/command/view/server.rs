@@ -1,4 +1,4 @@
-//! Serves the page, what it saves, and its connection.
+//! Serves the page, its files, and its connection.
 
 use std::sync::Arc;
 
@@ -19,16 +19,16 @@ use super::connection;
 use super::shared::{Content, Query};
 use super::site::Site;
 
-/// Longest message of a page (bytes).
+/// Maximum length of a page's message (bytes).
 const MAX_MESSAGE: usize = 64 << 10;
-/// Pages at most.
+/// Maximum number of pages.
 const MAX_PAGES: usize = 16;
-/// Bytes of a file that are handed to a connection at once.
+/// Number of bytes of a file that are passed to a connection at once.
 const PIECE: usize = 64 << 10;
-/// Refusal of a connection beyond the number.
+/// Refusal of a connection above the maximum number.
 const TOO_MANY: (StatusCode, &str) = (StatusCode::SERVICE_UNAVAILABLE, "too many connections; try again");
 
-/// All that can be asked for.
+/// Returns all routes.
 pub fn router(site: Arc<Site>) -> Router {
     Router::new()
         .route("/", get(page))
@@ -41,7 +41,7 @@ pub fn router(site: Arc<Site>) -> Router {
         .with_state(site)
 }
 
-/// Refuses requests without the token, and forbids what a page of this server never needs.
+/// Refuses requests without the token, and forbids everything that the server's pages never need.
 async fn guarded(
     State(site): State<Arc<Site>>,
     Extension(handle): Extension<ConnectionHandle>,
@@ -51,7 +51,7 @@ async fn guarded(
     let refusal = site.guard.refuses(request.uri(), request.headers());
     let refusal = refusal.or_else(|| (!handle.show_token()).then_some(TOO_MANY));
     let mut response = match refusal {
-        // Neither another request nor a body is waited for.
+        // Close the connection without waiting for a body or another request.
         Some(refusal) => ([(header::CONNECTION, "close")], refusal).into_response(),
         None => next.run(request).await,
     };
@@ -79,12 +79,12 @@ async fn page(State(site): State<Arc<Site>>) -> Response {
 }
 
 async fn connect(State(site): State<Arc<Site>>, headers: HeaderMap, upgrade: WebSocketUpgrade) -> Response {
-    // A browser always says whose page it is.
+    // A browser always sends the origin of a page.
     if !headers.contains_key(header::ORIGIN) {
         return (StatusCode::FORBIDDEN, "a connection is for this server's page").into_response();
     }
     let Some(page) = site.control_token.register(MAX_PAGES) else {
-        return (StatusCode::SERVICE_UNAVAILABLE, "too many pages look on").into_response();
+        return (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open; close one").into_response();
     };
     let upgrade = upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE);
     upgrade.on_upgrade(move |socket| connection::run(socket, site, page))
@@ -106,10 +106,10 @@ async fn recording(State(site): State<Arc<Site>>) -> Response {
     file(&site, Query::Recording, "application/toml").await
 }
 
-/// A file that the renderer makes, sent piece by piece.
+/// Sends a file of the renderer piece by piece.
 async fn file(site: &Site, query: Query, kind: &'static str) -> Response {
     let failed = |error: String| (StatusCode::SERVICE_UNAVAILABLE, error).into_response();
-    // Held until all is sent: readers that are slow keep few files in memory.
+    // Hold the permit until the file is sent: slow readers then keep few files in memory.
     let Ok(permit) = Arc::clone(&site.files).acquire_owned().await else {
         return failed("the program ends".into());
     };
@@ -129,7 +129,7 @@ async fn file(site: &Site, query: Query, kind: &'static str) -> Response {
     ([(header::CONTENT_TYPE, kind)], Body::from_stream(body)).into_response()
 }
 
-/// A file cut into pieces.
+/// Cuts a file into pieces.
 fn pieces(mut bytes: Bytes) -> impl Iterator<Item = Result<Bytes, EditsError>> {
     std::iter::from_fn(move || {
         let size = bytes.len().min(PIECE);

@@ -1,8 +1,8 @@
-//! Work that is repeated, and takes at most a share of the time.
+//! Repeated work that takes at most a share of the time.
 
 use std::time::{Duration, Instant};
 
-/// When such work may be done again.
+/// Limiter of repeated work.
 #[derive(Debug)]
 pub struct Share {
     parts: u32,
@@ -11,17 +11,17 @@ pub struct Share {
 }
 
 impl Share {
-    /// It takes at most one part in so many, and is done again after this time at least.
+    /// Limits the work to 1 / `parts` of the time, with at least `min_pause` between repetitions.
     pub fn new(parts: u32, min_pause: Duration) -> Share {
         Share { parts, min_pause, not_before: None }
     }
 
-    /// Whether it may be done.
+    /// Whether the work may be done now.
     pub fn is_due(&self, now: Instant) -> bool {
         self.not_before.is_none_or(|time| now >= time)
     }
 
-    /// It was done, from a time to another.
+    /// Accounts for work that was done between two times.
     pub fn spent(&mut self, start: Instant, end: Instant) {
         self.not_before = Some(end + ((end - start) * self.parts).max(self.min_pause));
     }
@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_takes_long_is_seldom() {
+    fn long_work_is_repeated_rarely() {
         let mut share = Share::new(8, Duration::from_millis(500));
         let start = Instant::now();
         let after = |ms| start + Duration::from_millis(ms);

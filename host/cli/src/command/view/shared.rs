@@ -1,5 +1,5 @@
-//! What the renderer and the connections of pages share. Nothing in it grows: a view request is one, whatever the number of messages that
-//! made it, and of images and words only the latest is kept.
+//! State that the renderer and the connections of pages share. Its size is bounded: all messages change one view request,
+//! and only the latest image and status are kept.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,13 +18,13 @@ const MAX_QUERIES: usize = 8;
 /// An image for pages.
 #[derive(Debug)]
 pub struct PageFrame {
-    /// The how manieth of all.
+    /// Number of the image, counted over all images.
     pub serial: u64,
-    /// Frames that it is the mean of.
+    /// Number of frames in the mean.
     pub samples: u32,
     /// Whether something moves.
     pub moves: bool,
-    /// When its camera was asked for, by the clock of the page that did.
+    /// Time at which the page chose its camera, by that page's clock.
     pub at: f64,
     /// The image.
     pub shown: DisplayedImage,
@@ -39,17 +39,17 @@ pub enum Query {
     Png,
     /// The edits as a file.
     Edits,
-    /// What was recorded as a file of edits.
+    /// The recording as a file of edits.
     Recording,
-    /// What is met first in a pixel, by shares of width and height; answered in JSON.
+    /// First hit of a pixel, in shares of width and height; answered in JSON.
     Pick([f64; 2]),
-    /// What light transport did in a pixel, by shares of width and height; answered in JSON.
+    /// Light transport of a pixel, in shares of width and height; answered in JSON.
     Inspect([f64; 2]),
-    /// What is known of a node; answered in JSON.
+    /// Description of a node; answered in JSON.
     Node(usize),
 }
 
-/// What the renderer gives a page.
+/// Content of an answer.
 #[derive(Debug)]
 pub enum Content {
     /// Bytes of a file, or JSON.
@@ -58,47 +58,47 @@ pub enum Content {
     Edits(Box<Edits>),
 }
 
-/// The answer of the renderer, or why there is none.
+/// Answer of the renderer, or the reason why there is none.
 pub type Answer = Result<Content, String>;
 
 struct State {
     request: ViewRequest,
     onlookers: usize,
     queries: VecDeque<(Query, oneshot::Sender<Answer>)>,
-    /// Whether the renderer has not seen the view request as it is.
+    /// Whether the view request has changed since the renderer read it.
     is_new: bool,
 }
 
-/// What the renderer and the connections of pages share.
+/// State that the renderer and the connections of pages share.
 pub struct Shared {
     state: Mutex<State>,
     changed: Condvar,
-    /// Ends the frame that is rendered, since another is wanted.
+    /// Flag that stops the current frame, since another view was requested.
     pub stop: Arc<AtomicBool>,
-    /// Ends the frame that is rendered, and all that follow.
+    /// Flag that stops the current frame and all later ones.
     pub is_over: Arc<AtomicBool>,
-    /// The latest image, and that which it is held against.
+    /// Latest image, and the image to compare with.
     pub frames: [watch::Sender<Option<Arc<PageFrame>>>; 2],
-    /// How images are shown.
+    /// Display of the images.
     pub look: watch::Sender<Look>,
-    /// What the renderer says of itself, in JSON.
+    /// Status of the renderer, in JSON.
     pub status: watch::Sender<Arc<str>>,
 }
 
-/// What the renderer finds to do.
+/// Next work of the renderer.
 pub enum Next {
-    /// To end.
+    /// End.
     End,
-    /// An answer to a page.
+    /// Answer a query.
     Answer(Query, oneshot::Sender<Answer>),
-    /// A frame.
+    /// Render a frame.
     Frame(Box<ViewRequest>),
-    /// Words alone: nothing is to be rendered.
+    /// Send the status only.
     Words(Box<ViewRequest>),
 }
 
 impl Shared {
-    /// With a view request to begin with, and nobody who looks on.
+    /// Starts with a view request and without pages.
     pub fn new(request: ViewRequest) -> Arc<Shared> {
         let look = watch::Sender::new(request.look);
         Arc::new(Shared {
@@ -113,20 +113,20 @@ impl Shared {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        // Whoever panicked left a whole state: fields are assigned last.
+        // A panicking thread leaves a valid state: fields are assigned last.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The view request as it is.
+    /// Returns the current view request.
     pub fn request(&self) -> ViewRequest {
         self.state().request.clone()
     }
 
-    /// Does what a message says.
+    /// Applies a message.
     ///
     /// # Errors
     ///
-    /// What is wrong with it, for people.
+    /// If the message is invalid; the text is for the user.
     pub fn take(&self, message: &Message) -> Result<(), String> {
         let mut state = self.state();
         let outdates = state.request.take(message)?;
@@ -139,16 +139,16 @@ impl Shared {
         Ok(())
     }
 
-    /// Asks the renderer for something.
+    /// Queues a query for the renderer.
     ///
     /// # Errors
     ///
-    /// If it is asked for too much already.
+    /// If too many queries are waiting.
     pub fn ask(&self, query: Query) -> Result<oneshot::Receiver<Answer>, String> {
         let mut state = self.state();
         state.queries.retain(|(_, answer)| !answer.is_closed());
         if state.queries.len() >= MAX_QUERIES {
-            return Err("too much is asked for at once; try again".into());
+            return Err("too many queries at once; try again".into());
         }
         let (answer, receiver) = oneshot::channel();
         state.queries.push_back((query, answer));
@@ -156,7 +156,7 @@ impl Shared {
         Ok(receiver)
     }
 
-    /// Counts someone who looks on, or one less.
+    /// Adds a page that watches, or removes one.
     pub fn look_on(&self, comes: bool) {
         let mut state = self.state();
         let onlookers = state.onlookers;
@@ -164,24 +164,24 @@ impl Shared {
         self.changed.notify_all();
     }
 
-    /// Ends the renderer after the frame at hand, which is stopped.
+    /// Stops the current frame and ends the renderer.
     pub fn end(&self) {
-        // Under the lock, so that the renderer does not begin to wait in between.
+        // Hold the lock, so that the renderer does not begin to wait in between.
         let _state = self.state();
         self.is_over.store(true, Ordering::Relaxed);
         self.stop.store(true, Ordering::Relaxed);
         self.changed.notify_all();
     }
 
-    /// Waits until there is something to do. Nothing is rendered while nobody looks on. From then on the flag `stop` means the
-    /// frame that follows.
+    /// Waits for work. Renders nothing while no page watches. From the return on, the flag `stop` refers to the returned
+    /// frame.
     pub fn next(&self) -> Next {
         let mut state = self.state();
         loop {
             if self.is_over.load(Ordering::Relaxed) {
                 return Next::End;
             }
-            // Nothing is made for a page that is gone.
+            // Drop queries of pages that are gone.
             state.queries.retain(|(_, answer)| !answer.is_closed());
             if let Some((query, answer)) = state.queries.pop_front() {
                 return Next::Answer(query, answer);
@@ -198,7 +198,7 @@ impl Shared {
         }
     }
 
-    /// Waits until a view request is taken, or for a while: after a failure that another view request may mend.
+    /// Waits for another view request, which may fix a failure, or for a timeout.
     pub fn rest(&self, timeout: Duration) {
         let state = self.state();
         if !self.is_over.load(Ordering::Relaxed) && state.queries.is_empty() {

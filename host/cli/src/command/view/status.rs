@@ -1,4 +1,4 @@
-//! What the renderer says of itself to the pages, in JSON.
+//! Status of the renderer for the pages, in JSON.
 
 use caustics::render_config::Paths;
 use caustics::scene::{CameraChoice, Scene, SceneCamera};
@@ -11,33 +11,33 @@ use super::save;
 
 /// Status of the renderer.
 pub struct Status<'a> {
-    /// What of the command line `render` is told too.
+    /// Arguments of the command line that `render` takes too.
     pub kept: &'a [String],
     /// The scene.
     pub scene: &'a Scene,
-    /// What is wanted.
+    /// View request.
     pub request: &'a ViewRequest,
-    /// Whether nodes are where a file of edits says.
+    /// Whether there are edits or keys.
     pub is_edited: bool,
-    /// Keys that were recorded.
+    /// Number of recorded keys.
     pub recorded: usize,
-    /// Whether no more are.
+    /// Whether the recording is full.
     pub is_full: bool,
-    /// Whom it is seen by, once known.
+    /// Camera, once known.
     pub camera: Option<&'a SceneCamera>,
-    /// The time of the animations (s).
+    /// Time of the animations (s).
     pub time: f64,
     /// Whether something moves.
     pub moves: bool,
-    /// What renders the image.
+    /// Render job of the image.
     pub job: Option<&'a RenderJob>,
-    /// What renders what it is held against.
+    /// Render job of the image to compare with.
     pub against: Option<&'a RenderJob>,
-    /// How far they are apart.
+    /// Distance between both.
     pub distance: Option<&'a Value>,
-    /// Exposure of the image that was shown last (stops).
+    /// Exposure of the last image (stops).
     pub stops: f64,
-    /// What failed.
+    /// Failure of the last frame.
     pub failure: Option<&'a str>,
 }
 
@@ -76,7 +76,7 @@ pub fn text(status: &Status<'_>) -> String {
     value.to_string()
 }
 
-/// The values of all parameters of a side.
+/// Returns the values of all parameters of a side.
 fn values(request: &ViewRequest, side: usize) -> Value {
     let run_config = &request.run_configs[side];
     PARAMETERS
@@ -96,7 +96,7 @@ fn values(request: &ViewRequest, side: usize) -> Value {
         .into()
 }
 
-/// Where it is in the file's coordinates (m), which way it looks, its field of view (degrees).
+/// Returns the position in the file's coordinates (m), the direction, and the field of view (degrees).
 fn camera_status(scene: &Scene, request: &ViewRequest, camera: &SceneCamera) -> Value {
     let position = scene.origin + camera.position.as_dvec3();
     let named = matches!(request.camera, CameraChoice::Named(_)).then_some(&camera.name);

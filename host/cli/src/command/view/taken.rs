@@ -1,4 +1,4 @@
-//! Messages of a page from bytes: for the target `message` of `fuzz/`, and for the tests that replay its corpus.
+//! Applies messages of a page from bytes, for the target `message` of `fuzz/` and for tests that replay its corpus.
 
 use caustics::exposure::Exposure;
 use caustics::scene::CameraChoice;
@@ -28,7 +28,8 @@ fn start() -> ViewRequest {
     }
 }
 
-/// Number of messages that are taken, one a line of the bytes. Whatever they are, a view request stays one that can be rendered.
+/// Returns the number of messages that are accepted, one per line. The view request stays one that can be rendered,
+/// whatever the bytes.
 pub fn take(bytes: &[u8]) -> usize {
     let mut request = start();
     let mut taken = 0;
@@ -57,10 +58,10 @@ mod tests {
 
     use super::*;
 
-    /// Deals of changes to each file of the corpus.
+    /// Number of random changes to each file of the corpus.
     const DEALS: u32 = 2000;
 
-    /// Files of `fuzz/corpus/message`, with their names.
+    /// Names and contents of the files in `fuzz/corpus/message`.
     fn corpus() -> Vec<(String, Vec<u8>)> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/message");
         let mut files: Vec<_> = folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -77,7 +78,7 @@ mod tests {
             match &name[..] {
                 name if name.starts_with("whole") => assert_eq!(taken, lines, "{name}"),
                 name if name.starts_with("broken") => assert_eq!(taken, 0, "{name}"),
-                // Found by cargo-fuzz: any answer will do.
+                // Files found by cargo-fuzz may be accepted or refused.
                 _ => {}
             }
         }
@@ -103,7 +104,7 @@ mod tests {
             .collect();
         let mut state = 1_u64;
         let mut next = |below: usize| {
-            // A linear congruence [Knuth 1997, MMIX].
+            // Linear congruential generator [Knuth 1997, MMIX].
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 33) as usize % below.max(1)
         };

@@ -1,4 +1,4 @@
-//! A folder of results that nobody measured: every part of a report has data in it, and all of it follows from formulas.
+//! A folder of synthetic results: every part of a report has data, and all data follows from formulas.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +18,7 @@ pub const ROUGH: &str = "moving <b> & \"glass\"";
 /// Size of the images (px).
 const SIZE: (u32, u32) = (240, 135);
 
-/// Method, gather, history, time of a path a pixel (ms), error at one path a pixel.
+/// Method, gather, history, time (ms) at one path a pixel, error at one path a pixel.
 const CONFIGURATIONS: [(&str, &str, &str, f64, f64); 7] = [
     ("kim2019", "photons-grid", "none", 24.0, 0.21),
     ("basic", "photons-grid", "none", 25.0, 0.16),
@@ -144,7 +144,7 @@ fn hash(text: &str) -> u64 {
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// Writes a result and, unless it is of 0.25 paths, its images.
+/// Writes a result and its images; results of 0.25 paths have no images.
 pub fn save(folder: &Path, run: &mut RunResult) {
     let results = folder.join("cells");
     std::fs::create_dir_all(&results).unwrap();
@@ -153,7 +153,7 @@ pub fn save(folder: &Path, run: &mut RunResult) {
     {
         let noise = error.get(&FLIP).unwrap_or(0.1) as f32;
         let turn = if run.config.scene == ROUGH { 0.8 } else { 0.0 };
-        // What differs in needs only has the same bits.
+        // Configurations that differ only in features give the same bits.
         let [method, history] = [&METHOD, &HISTORY].map(|parameter| run.config.text(parameter));
         let seed = hash(&format!("{method}{history}{}", run.config.number(&PATHS_PER_PIXEL)));
         let id = &run.identity;
@@ -181,7 +181,7 @@ pub fn save(folder: &Path, run: &mut RunResult) {
     std::fs::write(path, serde_json::to_vec_pretty(run).unwrap()).unwrap();
 }
 
-/// A wall, a floor, and a bright cusp on it.
+/// Radiance of a wall, a floor, and a bright cusp on the floor.
 fn room(x: u32, y: u32, turn: f32) -> Vec3 {
     let (u, v) = (x as f32 / SIZE.0 as f32 * 2.0 - 1.0, y as f32 / SIZE.1 as f32);
     let (warm, cool) = (Vec3::new(0.62, 0.55, 0.47), Vec3::new(0.35, 0.38, 0.42));

@@ -1,4 +1,4 @@
-//! Memory and time are bounded before anything is read.
+//! Bounds on memory and time, checked before anything is read.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ fn frames_beyond_memory_are_refused() {
     refuses_in_4_gib(&dir, &large, &words);
 }
 
-/// One small file of 8192 x 8192, named 20 times: each name is an image.
+/// One small file of 8192 x 8192 is named 20 times, and each name is an image.
 #[test]
 #[cfg(target_os = "linux")]
 fn textures_beyond_memory_are_refused_undecoded() {
@@ -59,7 +59,7 @@ fn textures_beyond_memory_are_refused_undecoded() {
     );
 }
 
-/// A million triangles on 100 nodes.
+/// 100 nodes share a million triangles.
 #[test]
 #[cfg(target_os = "linux")]
 fn triangles_beyond_memory_are_refused_unread() {
@@ -96,7 +96,7 @@ fn pipes_and_devices_are_no_experiments() {
     }
 }
 
-/// They call themselves regular files, and reading some of them waits for ever.
+/// Such files look like regular files, and reading some of them never ends.
 #[cfg(target_os = "linux")]
 #[test]
 fn files_that_the_system_makes_up_are_no_inputs() {
@@ -120,7 +120,7 @@ fn files_that_the_system_makes_up_are_no_inputs() {
             }
             assert_eq!(listing(dir.folder()), before, "{arguments:?} left something behind");
         }
-        // A scene names it: for its vertices, and for an image.
+        // A scene names the file for its vertices and for an image.
         let named = dir.path(input);
         let mut scene = Scene::new("mirror-room");
         scene.json["buffers"][0]["uri"] = json!(named);

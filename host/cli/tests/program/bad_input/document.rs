@@ -1,4 +1,4 @@
-//! The document of a scene, its buffers and what they describe.
+//! Damage to the document of a scene, its buffers and their contents.
 
 use serde_json::{Value, json};
 
@@ -64,7 +64,7 @@ fn indices_out_of_range_are_refused() {
     scene.binary[at..at + 2].copy_from_slice(&60_000_u16.to_le_bytes());
     scene.refuses(1, &["index 60000 is out of range", "mesh"]);
 
-    // The same for every index of the document itself.
+    // Repeat this for every index in the document.
     let pointers = [
         ("/nodes/0/mesh", "mesh"),
         ("/meshes/0/primitives/0/material", "material"),
@@ -116,7 +116,7 @@ fn triangles_without_an_area_are_dropped_and_counted() {
     assert_eq!(info(&scene)["dropped_triangles"], 0);
     let triangles = info(&scene)["triangles"].as_u64().unwrap();
 
-    // Let the first triangle begin and end at one vertex.
+    // Make the first two vertices of the first triangle equal.
     let at = scene.offset(&scene.primitive()["indices"]);
     scene.binary.copy_within(at..at + 2, at + 2);
     let spoilt = info(&scene);

@@ -1,4 +1,4 @@
-//! Files that are read are not written over, whatever --force allows; and what a run writes goes where its folder is.
+//! Inputs are never overwritten, even with --force, and outputs follow their folder when it moves.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::{TINY, listing, refuses};
 use crate::test_dir::{BINARY, TestDir};
 
-/// Makes a folder of one result, with an image beside it.
+/// Makes a folder with one result and an image beside it.
 fn results(dir: &TestDir) {
     let bench = [
         "bench",
@@ -52,7 +52,7 @@ fn a_report_is_written_over_no_result() {
             refuses(&dir, &["report", "res", "-o", output, "--force"], 2, &words);
         }
     }
-    // The figures of a page have a folder beside it.
+    // The figures of a page go into a folder beside it.
     std::fs::rename(dir.path("res"), dir.path("page_files")).unwrap();
     for arguments in [&["page_files"][..], &["page_files", "--baseline", "page_files"]] {
         let report = [&["report", "-o", "page.html", "--force"], arguments].concat();
@@ -64,7 +64,7 @@ fn a_report_is_written_over_no_result() {
 }
 
 #[test]
-fn what_a_run_leaves_beside_its_output_is_no_file_of_the_scene() {
+fn companion_files_of_an_output_overwrite_no_file_of_the_scene() {
     let dir = TestDir::new();
     dir.succeeds(&[&["render", "ring", "-o", "sky.exr"], &TINY[..]].concat());
     let sky = std::fs::read(dir.path("sky.exr")).unwrap();
@@ -84,7 +84,7 @@ fn what_a_run_leaves_beside_its_output_is_no_file_of_the_scene() {
         assert_eq!(std::fs::read(dir.path(name)).unwrap(), sky, "{arguments:?}");
         std::fs::remove_file(dir.path(name)).unwrap();
     }
-    // Nor are the tables of results.
+    // Tables of results do not overwrite inputs either.
     std::fs::create_dir(dir.path("out")).unwrap();
     dir.write("out/cells.csv", &sky);
     let bench =
@@ -92,7 +92,7 @@ fn what_a_run_leaves_beside_its_output_is_no_file_of_the_scene() {
     refuses(&dir, &bench, 2, &["out/cells.csv", "is a file of the scene"]);
 }
 
-/// Moves or removes the folder of a run once it has claimed its files.
+/// Moves or removes the folder of a run after the run has claimed its files.
 #[cfg(unix)]
 fn run_and(dir: &TestDir, arguments: &[&str], parts: usize, then: impl Fn(&Path)) {
     let out = dir.path("out");
@@ -141,7 +141,7 @@ fn a_folder_that_moves_while_a_run_writes_keeps_the_result() {
 fn a_folder_that_is_removed_while_a_run_writes_is_made_anew_for_the_result() {
     let dir = TestDir::new();
     let render = [&["render", "ring", "-o", "out/a.exr", "--png", "out/a.png"], &TINY[..]].concat();
-    // The lock and a part of each file: a folder that gets another while it is removed is not empty.
+    // Wait for the lock and for a part of each file: removing a folder fails if it gets another file meanwhile.
     run_and(&dir, &render, 3, |out| std::fs::remove_dir_all(out).unwrap());
     let out = dir.path("out");
     assert_eq!(listing(&out), [out.join("a.exr"), out.join("a.png")].into());

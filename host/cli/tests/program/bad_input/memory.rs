@@ -1,32 +1,32 @@
-//! Memory of every kind of file that is read: a limit of it ends in an error, and what a byte of a file may take is in a table.
+//! Memory for every kind of input file: a limit of memory gives an error, and a table bounds the memory per byte.
 
 use serde_json::{Value, json};
 
 use super::{listing, shell};
 use crate::test_dir::{Run, TestDir};
 
-/// Address space of the program and of a small scene, with the stacks of a few threads (KiB).
+/// Address space of the program with a small scene and the stacks of a few threads (KiB).
 const PROGRAM: u64 = 300_000;
-/// Limits of address space (KiB), from that in which the program hardly starts.
+/// Limits of address space (KiB), from one in which the program hardly starts.
 const LIMITS: [u64; 4] = [60_000, 90_000, 130_000, 200_000];
 
 /// A kind of file.
 struct Kind {
     name: &'static str,
-    /// The file whose size counts.
+    /// File whose size counts.
     file: &'static str,
-    /// What reads it.
+    /// Command that reads the file.
     command: String,
-    /// Memory that it may take (bytes) by a byte of the file; of an image by a value of a pixel.
+    /// Maximum memory (bytes) per byte of the file, or per pixel value of an image.
     factor: u64,
-    /// Values of the pixels of an image.
+    /// Number of pixel values of an image.
     values: Option<u64>,
 }
 
-/// Side of images (px).
+/// Side of the images (px).
 const SIDE: u32 = 512;
 
-/// Every kind of file that is read, with what its worst bytes may take.
+/// Every kind of input file, with the memory of its worst case.
 fn kinds() -> Vec<Kind> {
     let small = "--width 16 --height 9 --runner cpu";
     let render = format!("render ring -o out.exr {small} --light-paths 100 --frames 1");
@@ -74,7 +74,7 @@ fn kinds() -> Vec<Kind> {
     ]
 }
 
-/// Text of about `size` bytes: a beginning, lines of their number, an end.
+/// Text of about `size` bytes: a head, numbered lines, a tail.
 fn lines(size: usize, head: &str, line: impl Fn(usize) -> String, tail: &str) -> String {
     let mut text = head.to_string();
     for number in 0.. {
@@ -86,7 +86,7 @@ fn lines(size: usize, head: &str, line: impl Fn(usize) -> String, tail: &str) ->
     text + tail
 }
 
-/// A glTF document of these nodes, the first of which has a triangle.
+/// A glTF document with these nodes, the first of which has a triangle.
 fn document(nodes: impl Iterator<Item = Value>) -> Value {
     let data = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
     let nodes: Vec<Value> = std::iter::once(json!({ "mesh": 0 })).chain(nodes).collect();
@@ -100,7 +100,7 @@ fn document(nodes: impl Iterator<Item = Value>) -> Value {
     })
 }
 
-/// Writes the file of every kind.
+/// Writes a file of every kind.
 fn write(dir: &TestDir) {
     let size = 1 << 18;
     dir.write("list.toml", lines(size, "x = [", |_| "0,".into(), "]"));
@@ -114,7 +114,7 @@ fn write(dir: &TestDir) {
     );
     dir.write("sweep-matrices.toml", lines(size, head, |_| matrix.into(), ""));
 
-    // Results: only the files of run configurations are read.
+    // Results: only files of run configurations are read.
     let identity = "0123456789abcdef";
     let result = |values: &str, frames: &str| {
         format!(
@@ -142,7 +142,7 @@ fn write(dir: &TestDir) {
     dir.write("list.gltf", list.to_string());
     dir.write("instances.glb", instances(20_000));
 
-    // Heads that are a list, with a checksum that is right.
+    // The heads are lists, and the checksums are right.
     for (name, kind) in
         [("c.exr.checkpoint", "checkpoint"), ("a.sums", "checkpoint"), ("animation.state", "animation")]
     {
@@ -165,7 +165,7 @@ fn write(dir: &TestDir) {
     dir.write("sky.exr", bytes);
 }
 
-/// A triangle on a node that moves, with this many instances.
+/// A triangle with this many instances, on a node that moves.
 fn instances(count: usize) -> Vec<u8> {
     let mut document = document(std::iter::empty());
     let mut binary: Vec<u8> =
@@ -201,7 +201,7 @@ fn instances(count: usize) -> Vec<u8> {
     out
 }
 
-/// Runs a command in this much address space (KiB), by one thread, and takes away what it wrote.
+/// Runs a command with one thread in limited address space (KiB), and removes its outputs.
 fn run_in(dir: &TestDir, limit: u64, arguments: &str) -> Run {
     let before = listing(dir.folder());
     let line = "export RAYON_NUM_THREADS=1 CAUSTICS_CACHE=; ulimit -v";
@@ -212,7 +212,7 @@ fn run_in(dir: &TestDir, limit: u64, arguments: &str) -> Run {
     run
 }
 
-/// What is wrong with an end: a signal, a panic, an exit code that means another thing, silence.
+/// Returns why a run ended improperly: by a signal, a panic, a wrong exit code, or without a message.
 fn fault(run: &Run) -> Option<String> {
     let is_reported = run.code == Some(0) || !run.stderr.is_empty();
     let is_fine = matches!(run.code, Some(0..=2)) && is_reported && !run.stderr.contains("panicked");
@@ -270,7 +270,7 @@ fn elements_without_bytes_are_as_many_as_the_file_has_bytes() {
     assert!(many.stderr.contains("1000000 elements without a buffer view"), "{}", many.stderr);
 }
 
-/// Copies of one table, as many as took a minute and more when each was counted from the beginning of the file.
+/// Copies of one table. Counting each from the beginning of the file once took more than a minute.
 #[test]
 fn many_matrices_of_one_configuration_are_one_configuration() {
     let dir = TestDir::new();

@@ -1,4 +1,4 @@
-//! The command line.
+//! Options of the command line.
 
 use super::{refuses, render_refuses, shell};
 use crate::test_dir::TestDir;
@@ -59,7 +59,7 @@ fn too_many_digits_of_a_frame_are_refused() {
 }
 
 #[test]
-fn what_no_scene_and_no_frame_can_be_is_a_usage_error() {
+fn impossible_values_of_scenes_and_frames_are_usage_errors() {
     let dir = TestDir::new();
     let cases: [(&[&str], &str); 11] = [
         (&["--environment", "nan,1,1"], "--environment nan,1,1"),
@@ -93,7 +93,7 @@ fn what_no_scene_and_no_frame_can_be_is_a_usage_error() {
     }
 }
 
-/// What a person asked to see and did not get is no success.
+/// Output that the user asked for and did not get is an error.
 #[test]
 #[cfg(target_os = "linux")]
 fn help_that_cannot_be_written_is_an_error() {

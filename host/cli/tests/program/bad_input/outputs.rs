@@ -1,4 +1,4 @@
-//! Files that are written: none is lost, and none has a misleading name.
+//! Output files: no file is lost, and no name misleads.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn nothing_is_overwritten_without_force() {
     render_refuses(&dir, "mirror-room", &["--png", "out.png"], 2, &["out.png", "--force"]);
     assert_eq!(std::fs::read(dir.path("out.png")).unwrap(), b"precious");
 
-    // Nor does a failing run touch what --force allows to overwrite.
+    // A failing run does not overwrite a file despite --force.
     dir.write("out.exr", "precious");
     render_refuses(&dir, "missing.gltf", &["--force"], 1, &["missing.gltf"]);
     assert_eq!(std::fs::read(&file).unwrap(), b"precious");
@@ -45,7 +45,7 @@ fn folders_that_cannot_be_written_are_named() {
     refuses(&dir, &["scene", "make", "ring", "-o", "file"], 1, &["file/ring"]);
 }
 
-/// The limit of files, in blocks of 512 bytes or of 1 KiB, is below what each of these writes.
+/// Limit of file sizes, in blocks of 512 bytes or 1 KiB, below the size of each output.
 #[cfg(unix)]
 #[test]
 fn a_file_beyond_the_limit_of_files_is_an_error_that_leaves_nothing() {
@@ -79,7 +79,7 @@ fn a_file_beyond_the_limit_of_files_is_an_error_that_leaves_nothing() {
 }
 
 #[test]
-fn a_name_that_speaks_of_another_kind_of_file_is_refused() {
+fn misleading_file_extensions_are_refused() {
     let dir = TestDir::new();
     let render = |options: &[&str], words: &[&str]| {
         refuses(&dir, &[&["render", "ring"], options, &TINY[..]].concat(), 2, words);
@@ -113,7 +113,7 @@ fn force_overwrites_no_file_of_the_scene() {
         let render = ["render", "scene.gltf", "--force", "-o", exr, "--png", png];
         refuses(&scene.dir, &[&render[..], &TINY].concat(), 2, &["is a file of the scene", "another name"]);
     }
-    // The image of all around is one too; a radiance is none.
+    // The environment's image is a file of the scene too; a radiance is not.
     std::fs::copy(scene.dir.path("a buffer.exr"), scene.dir.path("sky.exr")).unwrap();
     let render = ["render", "scene.gltf", "--force", "-o", "sky.exr", "--environment", "./sky.exr"];
     refuses(&scene.dir, &[&render[..], &TINY].concat(), 2, &["sky.exr is a file of the scene"]);
@@ -121,7 +121,7 @@ fn force_overwrites_no_file_of_the_scene() {
     let options = ["-o", "sky#.exr", "--frames", "0..3", "--environment", "sky1.exr"];
     let animate = [&["animate", "scene.gltf", "--force"], &options[..], &TINY].concat();
     refuses(&scene.dir, &animate, 2, &["sky1.exr is a file of the scene"]);
-    // Of an animation each frame has a name.
+    // Each frame of an animation has its own name.
     std::fs::rename(scene.dir.path("a buffer.exr"), scene.dir.path("01.exr")).unwrap();
     scene.json["buffers"][0]["uri"] = json!("01.exr");
     scene.dir.write("scene.gltf", serde_json::to_vec(&scene.json).unwrap());
@@ -135,6 +135,6 @@ fn force_overwrites_no_file_of_the_scene() {
 fn a_link_that_leads_nowhere_is_refused_before_anything_is_rendered() {
     let dir = TestDir::new();
     std::os::unix::fs::symlink("nowhere", dir.path("out.exr")).unwrap();
-    // The scene is not even looked for.
+    // The scene is not even opened.
     render_refuses(&dir, "missing.gltf", &[], 2, &["out.exr is a link", "--force"]);
 }

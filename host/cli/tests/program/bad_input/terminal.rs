@@ -1,4 +1,4 @@
-//! What the program says, and what it hears: streams, names in messages, interrupts.
+//! Terminal behaviour: streams, names in messages, interrupts.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::test_dir::TestDir;
 
 #[test]
 #[cfg(target_os = "linux")]
-fn nobody_on_stderr_or_stdout_ends_no_run() {
+fn closed_streams_end_no_run() {
     let dir = TestDir::new();
     let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/ring");
     let render = format!("\"$0\" render '{}' -o out.exr --force {}", ring.display(), TINY.join(" "));
@@ -18,7 +18,7 @@ fn nobody_on_stderr_or_stdout_ends_no_run() {
         assert_eq!((run.code, run.stdout.as_str()), (Some(0), ""), "{rest}");
         std::fs::remove_file(dir.path("out.exr")).unwrap();
     }
-    // A reader that is gone before the first word.
+    // The reader has closed the stream before the first line.
     let closed = |command: &str, file: &str| {
         let line = format!(
             "{{ sleep 0.2; {command}; echo $? > code; }} {file} | true; while [ ! -s code ]; do sleep 0.1; done; cat code; rm code"
@@ -51,11 +51,11 @@ fn names_of_a_file_command_no_terminal_and_drown_no_message() {
     assert_eq!(info.json()["materials"][0], active);
     let run = scene.dir.succeeds(&[&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat());
     assert!(is_harmless(&run.stderr), "{}", run.stderr);
-    // Warnings of one kind are one line, whoever asks for it.
+    // Warnings of one kind share a line, whatever their source.
     let lines = run.stderr.lines().filter(|line| line.contains("is not supported")).count();
     assert_eq!(lines, 1, "{}", run.stderr);
 
-    // Errors, and long ones.
+    // Repeat this with errors, and with long ones.
     let long = |text: &str| text.repeat(100_000);
     let spoil: [fn(&mut Value, String); 3] = [
         |json, text| json["extensionsRequired"] = json!([text]),
@@ -73,7 +73,7 @@ fn names_of_a_file_command_no_terminal_and_drown_no_message() {
         }
     }
 
-    // A cause is told once.
+    // A cause is printed once.
     let run = scene.dir.run(&["scene", "info", "missing.glb"]);
     assert_eq!(run.stderr.matches("No such file").count(), 1, "{}", run.stderr);
 }
@@ -84,14 +84,14 @@ fn a_second_interrupt_ends_at_once() {
     let dir = TestDir::new();
     let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/ring");
     let begin = std::time::Instant::now();
-    // One frame that takes minutes. The first interrupt waits for it, the second does not.
+    // One frame takes minutes. The first interrupt waits for it, the second does not.
     let line = format!(
         "\"$0\" render '{}' -o out.exr --runner cpu --threads 1 --width 16 --height 9 --light-paths 700000000 2> said & \
          while ! grep -q method said; do sleep 0.1; done; sleep 0.3; kill -INT $!; sleep 0.5; \
          kill -0 $! && echo waits; kill -INT $!; wait $!; echo $?; cat said",
         ring.display()
     );
-    // A shell's background jobs ignore interrupts unless it is told to control jobs.
+    // Background jobs of a shell ignore interrupts unless job control is on.
     let run = shell(&dir, &format!("set -m; {line}"));
     assert!(run.stdout.starts_with("waits\n130\n"), "{} {}", run.stdout, run.stderr);
     assert!(run.stdout.contains("once more ends at once"), "{}", run.stdout);

@@ -1,4 +1,4 @@
-//! Textures of a scene.
+//! Damage to textures of a scene.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/textured-room")
 }
 
-/// A scene with all of its images.
+/// Returns a scene with all of its images.
 pub fn whole() -> Scene {
     let scene = Scene::new("textured-room");
     for file in ["tiles.png", "bricks.png", "rings.png", "leaves.png", "panes.png"] {
@@ -19,9 +19,9 @@ pub fn whole() -> Scene {
     scene
 }
 
-/// The transcoder adds two offsets of the file, of which one is the largest there is.
+/// The transcoder adds two offsets of the file, one of which is the maximum.
 #[test]
-fn a_decoder_that_panics_says_nothing_of_its_own() {
+fn a_panicking_decoder_prints_nothing_of_its_own() {
     let word = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
     let long = |words: &[u64]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
     let header = word(&[0, 1, 16, 16, 0, 0, 1, 1, 1, 104, 44, 0, 0]);
@@ -38,12 +38,12 @@ fn a_decoder_that_panics_says_nothing_of_its_own() {
 }
 
 #[test]
-fn textures_that_cannot_be_had_are_replaced() {
+fn unavailable_textures_are_replaced() {
     let tiles = std::fs::read(source().join("tiles.png")).unwrap();
     let render = [&["render", "scene.gltf", "-o", "out.exr"], &TINY[..]].concat();
     whole().write().dir.succeeds(&render);
 
-    // The file: missing, empty, no image, cut off, and with a damaged length.
+    // Damage the file: missing, empty, not an image, cut off, and with a wrong length.
     let scene = whole();
     std::fs::remove_file(scene.dir.path("tiles.png")).unwrap();
     scene.replaces(&["image 0", "tiles.png"]);
@@ -62,14 +62,14 @@ fn textures_that_cannot_be_had_are_replaced() {
         scene.replaces(&["image 0", words]);
     }
 
-    // A size that no image has room for.
+    // No memory has room for this size.
     let mut huge = tiles.clone();
     huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
     let scene = whole();
     scene.dir.write("tiles.png", &huge);
     scene.replaces(&["image 0", "cannot be decoded"]);
 
-    // Indices of the document.
+    // Damage indices of the document.
     for (pointer, words) in [
         ("/materials/0/pbrMetallicRoughness/baseColorTexture/index", "texture 4321"),
         ("/textures/0/source", "image 4321"),
@@ -85,7 +85,7 @@ fn textures_that_cannot_be_had_are_replaced() {
     scene.json["images"][0] = json!({});
     scene.replaces(&["image 0", "neither a uri nor a bufferView"]);
 
-    // Coordinates: missing, not finite, of the wrong kind.
+    // Damage coordinates: missing, not finite, of the wrong kind.
     let mut scene = whole();
     scene.json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("TEXCOORD_0");
     scene.replaces(&["mesh", "TEXCOORD_0"]);
@@ -98,7 +98,7 @@ fn textures_that_cannot_be_had_are_replaced() {
     scene.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = position;
     scene.refuses(1, &["accessor", "2 an element"]);
 
-    // The background of the scene.
+    // Damage the background of the scene.
     let mut scene = whole();
     scene.json["scenes"][0]["extras"] = json!({ "background": [1, -1, 0] });
     scene.refuses(1, &["extras.background", "three radiances"]);

@@ -1,20 +1,20 @@
-//! A process that may have few threads renders with these, or says why it cannot.
+//! A process with few threads renders with those, or says why it cannot.
 
 use super::{TINY, shell};
 use crate::test_dir::{Run, TestDir};
 
-/// Runs a command in 4 GiB of address space with threads whose stacks take this much of it (MiB).
+/// Runs a command in 4 GiB of address space, with stacks of this size for its threads (MiB).
 fn run_with_stacks(dir: &TestDir, stack: u64, arguments: &str) -> Run {
     let line = format!("ulimit -v 4194304; export RUST_MIN_STACK={}; exec \"$0\" {arguments}", stack << 20);
     shell(dir, &line)
 }
 
-/// Stacks of which there is room for none, for one, and for two.
+/// Sizes of stacks (MiB) of which none, one or two fit.
 const STACKS: [u64; 3] = [8192, 2500, 1300];
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_process_without_threads_computes_by_the_one_that_it_has() {
+fn a_process_without_further_threads_computes_with_one() {
     let dir = TestDir::new();
     dir.succeeds(&[&["render", "ring", "-o", "whole.exr"], &TINY[..]].concat());
     for stack in STACKS {
@@ -41,7 +41,7 @@ fn a_process_without_threads_computes_by_the_one_that_it_has() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_page_without_threads_says_what_it_takes() {
+fn a_page_without_threads_names_their_number() {
     let dir = TestDir::new();
     let run = run_with_stacks(&dir, STACKS[0], "view ring --port 0 --runner cpu");
     assert_eq!(run.code, Some(1), "{}", run.stderr);

@@ -1,4 +1,4 @@
-//! What pages ask for between frames.
+//! Answers to queries of pages, between frames.
 
 use anyhow::Context;
 use caustics::output::png;
@@ -13,11 +13,11 @@ use crate::command::view::render_job::RenderJob;
 use crate::command::view::save;
 use crate::command::view::shared::{Answer, Content, Query};
 
-/// Light paths that are shown of a pixel's photons.
+/// Maximum number of light paths to show for a pixel's photons.
 const LIGHT_PATHS: usize = 8;
 
 impl Engine<'_> {
-    /// The answer to a page.
+    /// Returns the answer to a query.
     pub(super) fn answer(&mut self, query: &Query) -> Answer {
         let bytes = match query {
             Query::Pick(image_position) => self.pick(*image_position),
@@ -40,11 +40,11 @@ impl Engine<'_> {
         Ok(serde_json::to_vec(&picked)?)
     }
 
-    /// The render job of the image, if it has frames.
+    /// Returns the render job of the image, if it has frames.
     fn converged(&mut self) -> anyhow::Result<&mut RenderJob> {
         let standing = self.stands.is_some();
         let job = self.still[0].as_mut().filter(|job| standing && job.sums.frames() > 0);
-        job.context("there is no image yet: wait until all stands still, and is not paused")
+        job.context("there is no image yet; wait until nothing moves, and end the pause")
     }
 
     fn inspect(&mut self, image_position: [f64; 2]) -> anyhow::Result<Vec<u8>> {
@@ -52,7 +52,7 @@ impl Engine<'_> {
         let job = self.still[0].as_mut().context("a session was opened")?;
         let [x, y] = [0, 1].map(|axis| {
             let size = job.configuration.size[axis];
-            // A position beyond the image is its border.
+            // Clamp positions beyond the image to its border.
             ((image_position[axis] * f64::from(size)) as u32).min(size - 1)
         });
         let found = job.opened.session.inspect(&self.edited.scene, x, y, LIGHT_PATHS)?;
@@ -64,7 +64,7 @@ impl Engine<'_> {
         let camera = self.camera(&request)?;
         self.converged()?;
         if self.edited.is_edited() {
-            // The file of edits has the camera too, and is known by all of it.
+            // The file of edits also holds the camera, so the fingerprint covers it.
             let edits = self.edited.edits(&request.camera).fingerprint();
             self.edited.scene.additions.insert("edits", edits);
         }
@@ -74,7 +74,7 @@ impl Engine<'_> {
 
     fn recorded(&self) -> anyhow::Result<Edits> {
         if self.recording.len() < 2 {
-            anyhow::bail!("nothing that moved was recorded");
+            anyhow::bail!("the recording has no movement; record an orbit or a drag");
         }
         Ok(self.edited.recorded(self.recording.keys()))
     }
@@ -91,7 +91,7 @@ impl Engine<'_> {
     }
 }
 
-/// Edits that can be used; their text is made while it is sent.
+/// Checks edits; their text is made while it is sent.
 fn edits_answer(edits: anyhow::Result<Edits>) -> Answer {
     let edits = edits.and_then(|edits| edits.check().map(|()| edits).map_err(anyhow::Error::from));
     edits.map(|edits| Content::Edits(Box::new(edits))).map_err(|error| error_chain(&error))

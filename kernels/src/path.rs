@@ -5,7 +5,7 @@
 //! |---|---|
 //! | camera path, its loop | [`camera_path::trace_camera_path`] |
 //! | light path, its loop | [`light_path::trace_light_path`] |
-//! | absorption, surfaces that a medium covers | [`trace_through_media`](crate::trace::through_media::trace_through_media) |
+//! | absorption, surfaces that a medium covers | [`trace_through_media`] |
 //! | emission by MIS | [`emission::surface_emission`], [`emission::environment_radiance`] |
 //! | light sampling (NEE) by MIS, shadow rays | [`direct_light::choose_light_samples`], [`direct_light::trace_shadow_rays`] |
 //! | end of the prefix, collection point | [`prefix::collection_point`] |

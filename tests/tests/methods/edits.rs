@@ -220,7 +220,7 @@ fn hit_triangle_belongs_to_the_node_of_its_mesh() {
         ..LoadOptions::default()
     };
     // Find the triangles of each mesh by itself.
-    let nodes: Vec<usize> = (0..20).collect();
+    let nodes: Vec<usize> = (0..19).collect();
     let alone = |node: &usize| {
         let mut document = document.clone();
         document["scenes"][0]["nodes"] = json!([node]);

@@ -141,8 +141,8 @@ fn add_lights(document: &mut Document) {
     let wall = DVec3::new(0.0, 0.6, ROOM_MIN.z);
     for (name, position, target, color, intensity, angles) in [
         ("warm lamp", DVec3::new(-1.35, 0.72, -0.42), middle, [1.0, 0.72, 0.42], 22.0, [0.5, 0.7]),
-        ("cool lamp", DVec3::new(1.50, 0.95, 0.55), middle, [0.55, 0.75, 1.0], 20.0, [0.5, 0.7]),
-        ("room lamp", DVec3::new(0.3, 2.2, 1.8), wall, [1.0, 0.90, 0.80], 1.0, [1.2, 1.5]),
+        ("cool lamp", DVec3::new(1.50, 0.95, 0.55), middle, [0.55, 0.75, 1.0], 20.0, [0.38, 0.5]),
+        ("room lamp", DVec3::new(0.3, 2.2, 1.8), wall, [1.0, 0.90, 0.80], 1.5, [1.2, 1.5]),
     ] {
         document.spot(name, position, target, color, intensity, angles);
     }

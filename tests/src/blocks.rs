@@ -8,6 +8,7 @@ use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::method::Method;
 use glam::Vec3;
 
+use crate::failed_image;
 use crate::statistics::Mean;
 
 /// Side of a block (px).
@@ -18,6 +19,8 @@ const SIDE: usize = 8;
 pub struct Blocks {
     /// All light: one row per frame, one column per block.
     pub frames: Vec<Vec<f64>>,
+    /// Number of blocks in a row of the image.
+    pub columns: usize,
     /// Share of the caustic layer in all light.
     pub caustic_share: f64,
 }
@@ -53,7 +56,8 @@ impl Blocks {
             all += sum(&image.path) + sum(&image.caustics);
             caustic += sum(&image.caustics);
         }
-        Blocks { frames: rows, caustic_share: caustic / all }
+        let columns = config.width as usize / SIDE;
+        Blocks { frames: rows, columns, caustic_share: caustic / all }
     }
 
     /// Returns means of `batches` batches in place of frames; consecutive frames belong to the batches in turn.
@@ -63,7 +67,7 @@ impl Blocks {
             let mean_of = |block| rows.iter().map(|row| row[block]).sum::<f64>() / rows.len() as f64;
             (0..self.frames[0].len()).map(mean_of).collect()
         };
-        Blocks { frames: (0..batches).map(mean).collect(), caustic_share: self.caustic_share }
+        Blocks { frames: (0..batches).map(mean).collect(), ..*self }
     }
 
     /// Mean of one block over the frames.
@@ -77,17 +81,34 @@ impl Blocks {
         Mean::from_samples(&self.frames.iter().map(mean).collect::<Vec<_>>())
     }
 
+    /// Describes evidence that the means differ from those of `reference` ([`Scores::fault`]). Writes the blocks' image, reference, error and
+    /// p-values into a folder, which the description names.
+    pub fn failure(&self, reference: &Blocks) -> Option<String> {
+        let fault = self.scores(reference).fault()?;
+        let means = |blocks: &Blocks| -> Vec<Mean> {
+            (0..self.frames[0].len()).map(|block| blocks.block(block)).collect()
+        };
+        let (image, expected) = (means(self), means(reference));
+        let z_scores: Vec<f64> = image.iter().zip(&expected).map(|(a, b)| z_score(*a, *b)).collect();
+        let values = |means: &[Mean]| means.iter().map(|mean| mean.value).collect::<Vec<_>>();
+        let folder = failed_image::write(
+            "blocks",
+            self.columns.max(1),
+            &values(&image),
+            &values(&expected),
+            &z_scores,
+        );
+        Some(format!("{fault}; maps are in {}", folder.display()))
+    }
+
     /// Compares block by block: this minus `reference`, over the standard error of the difference.
     pub fn scores(&self, reference: &Blocks) -> Scores {
-        let z = |a: Mean, b: Mean| {
-            let error = a.error.hypot(b.error);
-            if a.value == b.value { 0.0 } else { (a.value - b.value) / error }
-        };
-        let blocks: Vec<f64> =
-            (0..self.frames[0].len()).map(|block| z(self.block(block), reference.block(block))).collect();
+        let blocks: Vec<f64> = (0..self.frames[0].len())
+            .map(|block| z_score(self.block(block), reference.block(block)))
+            .collect();
         let (a, b) = (self.whole(), reference.whole());
         Scores {
-            whole: z(a, b),
+            whole: z_score(a, b),
             ratio: a.value / b.value,
             ratio_error: (a.error / a.value).hypot(b.error / b.value) * a.value / b.value,
             mean_square: blocks.iter().map(|z| z * z).sum::<f64>() / blocks.len() as f64,
@@ -127,6 +148,11 @@ impl Scores {
     }
 }
 
+/// Difference of two means in standard errors of that difference.
+fn z_score(a: Mean, b: Mean) -> f64 {
+    if a.value == b.value { 0.0 } else { (a.value - b.value) / a.error.hypot(b.error) }
+}
+
 fn means(image: &[Vec3], width: usize, height: usize) -> Vec<f64> {
     let (columns, rows) = (width / SIDE, height / SIDE);
     let mut sums = vec![0.0; columns * rows];
@@ -154,7 +180,7 @@ mod tests {
             };
             (0..48).map(value).collect()
         };
-        Blocks { frames: (0..400).map(frame).collect(), caustic_share: 0.0 }
+        Blocks { frames: (0..400).map(frame).collect(), columns: 1, caustic_share: 0.0 }
     }
 
     #[test]

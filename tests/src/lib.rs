@@ -10,6 +10,7 @@ pub mod direct;
 pub mod document;
 pub mod energy;
 pub mod fading;
+pub mod failed_image;
 pub mod fields;
 pub mod frames;
 pub mod gpu;

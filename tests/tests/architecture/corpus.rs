@@ -11,6 +11,7 @@ use caustics::output::exr;
 use caustics::scene::{CameraChoice, DefaultLight, LoadOptions, Staged, Staging};
 use caustics::{RenderConfig, RenderedImage, Session};
 use caustics_kernels::interface::choice::PixelFilter;
+use caustics_tests::failed_image;
 
 const SIZE: (usize, usize) = (32, 18);
 /// Frames of an image: enough to see a wrong texture or normal through the noise, which is the same each time.
@@ -104,7 +105,11 @@ fn every_file_of_the_corpus_renders_to_its_golden_image() {
         let there = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         let count = differing(&ours, &values(&there));
         if count > STRAYS {
-            wrong.push(format!("{name}: {count} pixels"));
+            let gray = |pixels: &[[f32; 3]]| -> Vec<f64> {
+                pixels.iter().map(|pixel| f64::from(pixel.iter().sum::<f32>()) / 3.0).collect()
+            };
+            let maps = failed_image::write(&name, SIZE.0, &gray(&ours), &gray(&values(&there)), &[]);
+            wrong.push(format!("{name}: {count} pixels, maps in {}", maps.display()));
         }
     }
     assert!(files.len() >= caustics_scenes::corpus::ALL.len());

@@ -141,7 +141,7 @@ fn images_of_instances_match_those_of_copies() {
     });
     let scores = stored.scores(&copied);
     println!("{scores:?}, caustics {} and {}", copied.caustic_share, stored.caustic_share);
-    assert_eq!(scores.fault(), None);
+    assert_eq!(stored.failure(&copied), None);
     assert!(copied.caustic_share > 1e-3);
 }
 

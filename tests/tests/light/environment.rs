@@ -232,7 +232,9 @@ fn every_emission_and_caustics_setting_matches_path_tracing_under_a_sky() {
         let scores = split.scores(&reference);
         println!("{caustics:?}, {}: {scores:?}, caustic share {:.3}", emission.name, split.caustic_share);
         assert!(scores.ratio_error < 0.01 && split.caustic_share > 0.01, "the test has nothing to check");
-        faults.extend(scores.fault().map(|fault| format!("{caustics:?}, {}: {fault}", emission.name)));
+        faults.extend(
+            split.failure(&reference).map(|fault| format!("{caustics:?}, {}: {fault}", emission.name)),
+        );
     }
     assert!(faults.is_empty(), "{faults:?}");
 }

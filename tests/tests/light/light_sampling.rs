@@ -47,10 +47,11 @@ fn every_light_sampler_finds_the_same_light() {
     ] {
         let power = blocks(&scene, LightSampler::Power, frames);
         for setting in [LightSampler::Resampled, LightSampler::Uniform] {
-            let scores = blocks(&scene, setting, frames).scores(&power);
+            let rendered = blocks(&scene, setting, frames);
+            let scores = rendered.scores(&power);
             println!("{name}, {setting:?}: {scores:?}");
             assert!(scores.ratio_error < 0.015, "the test is too noisy");
-            assert!(scores.fault().is_none(), "{name}, {setting:?}: {:?}", scores.fault());
+            assert_eq!(rendered.failure(&power), None, "{name}, {setting:?}");
         }
     }
 }
@@ -122,7 +123,7 @@ fn resampled_sampling_of_1000_emitters_halves_the_variance_of_sampling_by_power(
     for rendered in [&resampled, &uniform] {
         let scores = rendered.scores(&power);
         println!("{scores:?}, variance {:.3} of that by power", variance(rendered) / variance(&power));
-        assert!(scores.fault().is_none(), "{:?}", scores.fault());
+        assert_eq!(rendered.failure(&power), None);
     }
     assert!(variance(&resampled) < 0.5 * variance(&power));
     assert!(variance(&power) < variance(&uniform));

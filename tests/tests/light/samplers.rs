@@ -64,10 +64,11 @@ fn every_sampler_finds_the_same_light() {
         let independent = blocks(Sampler::Independent, 1, 2);
         for sampler in [Sampler::Sobol, Sampler::Blue] {
             // As many batches as a test of normal numbers needs.
-            let scores = blocks(sampler, 64, 1).batch_means(64).scores(&independent);
+            let rendered = blocks(sampler, 64, 1).batch_means(64);
+            let scores = rendered.scores(&independent);
             println!("{name} {sampler:?}: {scores:?}");
             assert!(scores.ratio_error < 0.03, "the test is too noisy");
-            assert!(scores.fault().is_none(), "{name} {sampler:?}: {:?}", scores.fault());
+            assert_eq!(rendered.failure(&independent), None, "{name} {sampler:?}");
         }
     }
 }

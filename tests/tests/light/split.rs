@@ -114,7 +114,7 @@ fn extrapolated(whole: &Blocks, half: &Blocks) -> Blocks {
         .iter()
         .zip(&half.frames)
         .map(|(whole, half)| whole.iter().zip(half).map(|(whole, half)| 2.0 * half - whole).collect());
-    Blocks { frames: frames.collect(), caustic_share: half.caustic_share }
+    Blocks { frames: frames.collect(), ..*half }
 }
 
 /// Compares every threshold and either share of light paths with one reference.
@@ -158,7 +158,7 @@ fn agree_at(
             split.caustic_share
         );
         shares.push(split.caustic_share);
-        faults.extend(scores.fault());
+        faults.extend(split.failure(&reference));
         // The test must be precise enough to detect a fault.
         assert!(scores.ratio_error < 0.01, "{scores:?}");
     }
@@ -252,7 +252,7 @@ fn first_caustics_match_published_caustics_under_every_type_of_light() {
             let split = render(configuration, seed);
             let scores = split.scores(&published);
             println!("{what}, {configuration:?}: {scores:?}, caustic share {:.3}", split.caustic_share);
-            assert_eq!(scores.fault(), None, "{what}, {configuration:?}");
+            assert_eq!(split.failure(&published), None, "{what}, {configuration:?}");
             assert!(
                 scores.ratio_error < 0.02 && split.caustic_share > 0.003,
                 "the test has nothing to check"
@@ -483,7 +483,7 @@ mod release {
                 basic.caustic_share
             );
             assert!(scores.ratio_error < 0.01 && basic.caustic_share > 0.02);
-            assert_eq!(scores.fault(), None, "threshold {threshold}");
+            assert_eq!(basic.failure(&reference), None, "threshold {threshold}");
         }
     }
 
@@ -507,7 +507,7 @@ mod release {
             let scores = split.scores(&reference);
             println!("on {}, {}: {scores:?}", gpu.info.name, variant.name);
             assert!(scores.ratio_error < 0.02 && split.caustic_share > 0.02);
-            assert_eq!(scores.fault(), None);
+            assert_eq!(split.failure(&reference), None);
         }
     }
 

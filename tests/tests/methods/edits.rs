@@ -196,7 +196,7 @@ fn edit_without_a_change_keeps_the_image() {
     });
     let scores = edited.scores(&baked);
     println!("{scores:?}, caustics {} and {}", baked.caustic_share, edited.caustic_share);
-    assert_eq!(scores.fault(), None);
+    assert_eq!(edited.failure(&baked), None);
     assert!(scores.whole.abs() < 3.0 && baked.caustic_share > 1e-3);
 }
 

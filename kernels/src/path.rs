@@ -3,10 +3,11 @@
 //!
 //! | step | function |
 //! |---|---|
+//! | start of a light path | [`Emit::sample`](crate::light::emit::Emit::sample) |
 //! | camera path, its loop | [`camera_path::trace_camera_path`] |
 //! | light path, its loop | [`light_path::trace_light_path`] |
 //! | absorption, surfaces that a medium covers | [`trace_through_media`] |
-//! | emission by MIS | [`emission::surface_emission`], [`emission::environment_radiance`] |
+//! | emitted light that a camera path meets, by MIS | [`emission::surface_emission`], [`emission::environment_radiance`] |
 //! | light sampling (NEE) by MIS, shadow rays | [`direct_light::choose_light_samples`], [`direct_light::trace_shadow_rays`] |
 //! | end of the prefix, collection point | [`prefix::collection_point`] |
 //! | Russian roulette | [`camera_path::CameraPath::roulette`], [`light_path::survival_probability`] |

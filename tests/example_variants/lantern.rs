@@ -1,5 +1,4 @@
-//! A light that shines upwards, by the share (1 + cos) / 2 of its intensity: an example that shows all that a type of light consists
-//! of.
+//! A light that shines upwards, by the share (1 + cos) / 2 of its intensity. The example shows all parts of a type of light.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;

@@ -1,5 +1,5 @@
-//! A shine of matte surfaces at grazing angles, f = 0.3 (1 - cos) (1 - cos') / pi (1/sr): an example that shows all that a diffuse
-//! lobe consists of.
+//! A shine of matte surfaces at grazing angles, f = 0.3 (1 - cos) (1 - cos') / pi (1/sr). The example shows all parts of a diffuse
+//! lobe.
 
 use crate::interface::material::Material;
 use crate::math::{INV_PI, PI, warp};

@@ -159,13 +159,13 @@ pub static PARAMETERS: [&Parameter; 15] = [
 
 /// Rendering method.
 pub static METHOD: Parameter =
-    Parameter { description: "How to render", default: "basic", neutral: "basic", ..named!(method: &Method) };
+    Parameter { description: "Render method", default: "basic", neutral: "basic", ..named!(method: &Method) };
 
 /// Gather: how photons and collection points are brought together.
 pub static GATHER: Parameter = Parameter {
     key: "gather",
     head: "gather",
-    description: "How photons and collection points meet [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
+    description: "Gather: how collection points find photons [default: points-rt with ray queries, points-bvh on other GPUs, photons-grid on a CPU]",
     values: Values::Names(names::<&Variant>),
     default: "",
     neutral: "",
@@ -182,7 +182,7 @@ pub static GATHER: Parameter = Parameter {
 
 /// Definition of a caustic: the light that light paths carry.
 pub static CAUSTICS: Parameter = Parameter {
-    description: "Which light is a caustic, found by light paths",
+    description: "Light that counts as a caustic, which light paths carry",
     default: "first",
     neutral: "first",
     not_applicable: |run| (!run.config.method.gathers).then_some("shoots no light paths"),
@@ -191,7 +191,7 @@ pub static CAUSTICS: Parameter = Parameter {
 
 /// Emission: how light paths start.
 pub static EMISSION: Parameter = Parameter {
-    description: "How light paths start",
+    description: "Emission: how light paths start",
     default: "guided",
     neutral: "power",
     not_applicable: |run| {
@@ -202,7 +202,7 @@ pub static EMISSION: Parameter = Parameter {
 
 /// Light sampler: how camera paths find lights.
 pub static LIGHT_SAMPLER: Parameter = Parameter {
-    description: "How camera paths find lights, up to the collection point",
+    description: "Choice of lights at the vertices of camera paths, up to the collection point",
     default: "resampled",
     neutral: "resampled",
     shown: VisualEncoding::Words("nee-", |value| format!("light sampler {value}")),
@@ -212,7 +212,7 @@ pub static LIGHT_SAMPLER: Parameter = Parameter {
 
 /// Sampler: source of the random numbers of camera paths.
 pub static SAMPLER: Parameter = Parameter {
-    description: "Where the random numbers of camera paths come from",
+    description: "Random numbers of camera paths",
     default: "sobol",
     neutral: "sobol",
     shown: VisualEncoding::Words("", |value| format!("{value} samples")),
@@ -248,16 +248,16 @@ pub static PATH_HISTORY: Parameter = Parameter {
 
 /// Treatment of fireflies, rare bright samples of camera paths.
 pub static FIREFLIES: Parameter = Parameter {
-    description: "What is done about rare bright samples of camera paths",
+    description: "Treatment of fireflies, rare bright samples of camera paths",
     default: "kept",
     neutral: "kept",
     not_applicable: |run| run.config.method.converges.then_some("converges, and must lose no light"),
     ..named!(fireflies: Fireflies)
 };
 
-/// What smooths the path-traced part.
+/// Denoiser of the path-traced part.
 pub static DENOISER: Parameter = Parameter {
-    description: "What smooths the path-traced part, caustics excepted",
+    description: "Denoiser of the path-traced light; caustics stay as they are",
     default: "none",
     neutral: "none",
     not_applicable: |run| {
@@ -270,7 +270,7 @@ pub static DENOISER: Parameter = Parameter {
 pub static RUNNER: Parameter = Parameter {
     key: "runner",
     head: "runner",
-    description: "Where to run",
+    description: "Runner: CPU or Vulkan device",
     values: Values::Names(|| RUNNERS.to_vec()),
     default: "auto",
     neutral: "auto",
@@ -286,7 +286,7 @@ pub static RUNNER: Parameter = Parameter {
 
 /// Features: kernel code that is compiled in.
 pub static FEATURES: Parameter = Parameter {
-    description: "Kernel code that is compiled in",
+    description: "Features: kernel code that is compiled in",
     default: "scene",
     neutral: "scene",
     shown: VisualEncoding::Words("", |value| format!("{value} features")),

@@ -10,10 +10,10 @@ use super::{flip_ldr, relmse};
 /// FLIP at one exposure over the caustic region.
 pub static FLIP_LDR_CAUSTIC_REGION: Metric = Metric {
     name: "flip_ldr_caustic_region",
-    description: "What a person sees of the difference at one exposure, mean over the caustic region",
+    description: "Perceived difference at one exposure, mean over the caustic region",
     unit: "1",
     better: Better::Lower,
-    limitations: "caustics that are where the reference has none are not seen",
+    limitations: "caustics outside of the reference's caustics do not count",
     compute: |comparison| {
         let map = flip_ldr::map(comparison);
         let region = region(comparison)?;
@@ -27,7 +27,7 @@ pub static RELMSE_CAUSTIC_REGION: Metric = Metric {
     description: "Relative mean squared error over the caustic region",
     unit: "1",
     better: Better::Lower,
-    limitations: "caustics that are where the reference has none are not seen; one firefly can be most of it",
+    limitations: "caustics outside of the reference's caustics do not count; one firefly can be most of it",
     compute: |comparison| errors(comparison, relmse::relmse),
 };
 
@@ -37,7 +37,7 @@ pub static RELMSE_TRIMMED_CAUSTIC_REGION: Metric = Metric {
     description: "Relative mean squared error over the caustic region, without its worst 0.1 % of the pixels",
     unit: "1",
     better: Better::Lower,
-    limitations: "caustics that are where the reference has none are not seen; fireflies are left out",
+    limitations: "caustics outside of the reference's caustics do not count; fireflies are left out",
     compute: |comparison| errors(comparison, relmse::trimmed),
 };
 

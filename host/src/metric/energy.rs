@@ -11,7 +11,7 @@ pub static ENERGY_RATIO: Metric = Metric {
     description: "Sum of the image over the sum of the reference",
     unit: "1",
     better: Better::NearOne,
-    limitations: "what is too bright here and too dark there cancels",
+    limitations: "errors of opposite sign cancel",
     compute: |comparison| Ok(shared_energy(comparison).ratio),
 };
 
@@ -21,7 +21,7 @@ pub static ENERGY_ERROR: Metric = Metric {
     description: "Distance of the energy ratio from 1",
     unit: "1",
     better: Better::Lower,
-    limitations: "what is too bright here and too dark there cancels",
+    limitations: "errors of opposite sign cancel",
     compute: |comparison| Ok((shared_energy(comparison).ratio - 1.0).abs()),
 };
 

@@ -16,10 +16,10 @@ use caustics_files::image_file::Encoding;
 /// Perceived difference at the exposure that shows it most.
 pub static FLIP_HDR: Metric = Metric {
     name: "flip_hdr",
-    description: "What a person sees of the difference at the exposure that shows it most",
+    description: "Perceived difference at the exposure that shows it most",
     unit: "1",
     better: Better::Lower,
-    limitations: "a firefly is no worse than a pixel that is white",
+    limitations: "a firefly counts like a white pixel",
     compute: value,
 };
 

@@ -13,10 +13,10 @@ use caustics_files::image_file::Encoding;
 /// Perceived difference on a display at one exposure.
 pub static FLIP_LDR: Metric = Metric {
     name: "flip_ldr",
-    description: "What a person sees of the difference on a display, at one exposure",
+    description: "Perceived difference on a display, at one exposure",
     unit: "1",
     better: Better::Lower,
-    limitations: "what the exposure makes white or black is not seen",
+    limitations: "differences in white or black of the exposure do not count",
     compute: |comparison| map(comparison).0.as_ref().map(ErrorMap::mean).ok_or(NoValue::NoImage),
 };
 

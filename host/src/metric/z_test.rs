@@ -53,7 +53,7 @@ pub static Z_IMAGE: Metric = Metric {
     description: "Difference of the whole image, in units of its noise",
     unit: "1",
     better: Better::NearZero,
-    limitations: "what is too bright here and too dark there cancels",
+    limitations: "errors of opposite sign cancel",
     compute: |comparison| value(comparison, |test| test.z_image),
 };
 

@@ -43,7 +43,7 @@ const NOISE: f32 = 16.0;
 /// Edge-stopping wavelet filter of the path-traced part.
 pub const ATROUS: Denoiser = Denoiser {
     name: "atrous",
-    description: "an edge-stopping wavelet, guided by collection points and measured variance; it keeps the energy",
+    description: "edge-stopping wavelet, guided by collection points and measured variance; keeps the energy",
     cost: "five levels of 64 bytes a pixel from memory and 600 from caches",
     limitations: "without --path-history shadows blur by a pixel or two",
     steps: |params| {

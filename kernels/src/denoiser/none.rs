@@ -7,7 +7,7 @@ use crate::declare::Denoiser;
 #[cfg(not(target_arch = "spirv"))]
 pub const NONE: Denoiser = Denoiser {
     name: "none",
-    description: "nothing is smoothed",
+    description: "no denoiser",
     cost: "nothing",
     limitations: "noise: one path a pixel",
     steps: |_| Vec::new(),

@@ -10,10 +10,10 @@ crate::shoot_pass!(shared_entry "shoot.aimed", |power| Aimed { power });
 #[cfg(not(target_arch = "spirv"))]
 pub const AIMED: Emission = Emission {
     name: "aimed",
-    description: "seven paths in eight towards spheres round the casters",
-    cost: "up to 16 cones a path, and the way of paths that meet something",
-    limitations: "nothing knows which of the casters is lit or seen; what casts beside the cones (a wall of mirrors, say) gets few and \
-            heavy paths",
+    description: "seven paths in eight towards the bounding spheres of casters",
+    cost: "up to 16 cones a path; more paths that meet a surface",
+    limitations: "ignores which casters are lit or seen; casters outside of the cones (a wall of mirrors, for instance) get \
+            few paths of large weight",
     uses_casters: true,
     shoot: &SHOOT,
     starts,

@@ -40,11 +40,11 @@ crate::shoot_pass!(shared_entry "shoot.guided", |power, guide_maps: &[GuideMap],
 #[cfg(not(target_arch = "spirv"))]
 pub const GUIDED: Emission = Emission {
     name: "guided",
-    description: "from lights and into parts of the casters' cones that gave the image something, as earlier frames saw it",
-    cost: "up to 16 cones a path, an addition for each pair of photon and point, and a few passes over at most a million texels",
-    limitations: "a frame depends on those before; light that moves by more than a texel or so a frame is found by the first eighth of \
-            a frame's paths alone; what casts beside the cones is seen by a coarse map; where a lamp goes out or on, what is known \
-            of those behind it in the table is taken for another's",
+    description: "lights, and directions in the casters' cones, by their contribution to earlier frames",
+    cost: "up to 16 cones a path, an addition per pair of photon and point, and passes over at most a million texels",
+    limitations: "a frame depends on earlier frames; light that moves by more than about a texel a frame is found only by the first eighth \
+            of a frame's paths; casters outside of the cones share a coarse map; after a light is switched, the lights behind it \
+            in the table use each other's maps",
     uses_casters: true,
     shoot: &SHOOT,
     starts,

@@ -9,9 +9,9 @@ crate::shoot_pass!(shared_entry "shoot.store", |power| power);
 #[cfg(not(target_arch = "spirv"))]
 pub const POWER: Emission = Emission {
     name: "power",
-    description: "lights by their share of the flux, all of their positions and directions alike",
+    description: "lights by their share of the flux, positions and directions by the light's emission",
     cost: "nothing",
-    limitations: "most paths go where nobody sees a caustic",
+    limitations: "most paths miss all visible caustics",
     uses_casters: false,
     shoot: &SHOOT,
     starts,

@@ -12,9 +12,9 @@ pub struct Brute;
 impl Index for Brute {
     const VARIANT: Variant = Variant {
         name: "brute",
-        description: "every point looks at every photon: the oracle, O(points x photons)",
+        description: "every point tests every photon: the reference of all gathers, O(points x photons)",
         cost: "points x photons",
-        limitations: "nowhere: it is the oracle, and slow",
+        limitations: "slow",
         ..Variant::NEW
     };
 

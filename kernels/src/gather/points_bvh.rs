@@ -29,7 +29,7 @@ impl Index for PointsBvh {
         name: "points-bvh",
         description: "the paper's index in software: a BVH over the points, searched from each photon",
         cost: "a sort of the points and a pass over each level, once a frame; eight boxes a level a photon",
-        limitations: "slow where radii differ much in one place",
+        limitations: "slow where radii differ much at one position",
         side: Side::Points,
         frame: &[
             Stage::Clear(0),

@@ -20,9 +20,9 @@ pub struct PointsRt;
 impl Index for PointsRt {
     const VARIANT: Variant = Variant {
         name: "points-rt",
-        description: "the paper's: boxes around points, searched by ray queries from each photon",
+        description: "the paper's gather: boxes around points, searched by ray queries from each photon",
         cost: "a structure over all pixels every frame, and a query a photon",
-        limitations: "nowhere",
+        limitations: "none known",
         side: Side::Points,
         hardware: true,
         frame: &[Stage::Run(0, "bound", Over::Pixels), Stage::Structure(Side::Points)],

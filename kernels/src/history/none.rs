@@ -9,9 +9,9 @@ use crate::pass::resolve::RESOLVE;
 #[cfg(not(target_arch = "spirv"))]
 pub const NONE: History = History {
     name: "none",
-    description: "no light outlives its frame: OurBasic",
+    description: "no reuse: OurBasic",
     cost: "nothing",
-    limitations: "noise: every frame begins anew",
+    limitations: "noise: every frame starts from nothing",
     settings: None,
     before: |_| Vec::new(),
     resolve: &RESOLVE,

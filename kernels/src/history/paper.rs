@@ -31,10 +31,10 @@ const MIN_SAME_SIZE_COS: f32 = 0.3;
 /// OurTemporal as published: always 0.8 of the mean of the previous points that overlap, and 0.2 of this frame's light.
 pub const PAPER: History = History {
     name: "paper",
-    description: "OurTemporal as published: 0.8 of what overlaps, 0.2 of this frame",
-    cost: "nine rows of 32 bytes a point to search, and 76 bytes a point of state",
-    limitations: "its variance stays at a ninth; light that is gone is seen for 20 frames; repeated means blur; radiance is reused, so \
-            that a texture and a glossy lobe smear",
+    description: "OurTemporal as published: 0.8 of the overlapping points of the last frame, 0.2 of this frame",
+    cost: "searches nine records of 32 bytes a point; 76 bytes of state a point",
+    limitations: "the variance falls to a ninth and no further; light that is gone stays for 20 frames; repeated means blur; \
+            reuse of radiance smears textures and glossy lobes",
     settings: Some(HistorySettings { search_radius: 1.0, lag: 0.0, max_samples: 0.0, demodulates: 0 }),
     before: |params| vec![Step::new(&REUSE_PAPER, params)],
     resolve: &RESOLVE_HISTORY,

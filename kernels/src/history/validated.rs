@@ -36,11 +36,11 @@ const MAX_LATE: f32 = 0.013;
 /// show that it still arrives.
 pub const VALIDATED: History = History {
     name: "validated",
-    description: "all frames that still hold by the validation paths, from the nearest point",
-    cost: "as paper, and light paths that give no light: an eighth of the others, of --light-paths auto a quarter a pixel",
-    limitations: "light that moves by more than a disc or so a frame is as noisy as without a history; where few validation paths \
-            photon, cells are large, and a change in a part of one is seen late; how far light moved is judged by the radius \
-            of a direct view, behind curved mirrors too",
+    description: "the mean of all frames that validation paths confirm, from the nearest point",
+    cost: "as paper, and validation paths: an eighth of the light paths, or a quarter a pixel with --light-paths auto",
+    limitations: "light that moves by more than about a disc a frame is as noisy as without a history; where validation paths leave few \
+            photons, cells are large and changes in a part of a cell are detected late; motion is measured in radii of a direct \
+            view, behind curved mirrors too",
     settings: Some(HistorySettings { search_radius: 1.3, lag: 0.25, max_samples: 1024.0, demodulates: 1 }),
     before: |params| {
         vec![

@@ -55,49 +55,49 @@ choice! {
     Caustics
     /// Light that meets a specular lobe first. Light of diffuse surfaces that meets one later is found by light sampling at those
     /// surfaces. That has far less noise, unless the surface lit first is small and bright.
-    First "first" "light whose first surface is specular; the camera finds the rest"
+    First "first" "light whose first surface is specular; camera paths find all other light"
     /// Light that meets a specular lobe anywhere, as published [Moreau and Doggett 2022].
-    Any "any" "light that met anything specular before its collection point, as published"
+    Any "any" "light that met a specular surface anywhere before its collection point, as published"
 }
 
 choice! {
     /// Choice of lights at the first vertices of camera paths, up to the collection point.
     LightSampler
     /// All lights where they are few, else the best of several candidates.
-    Resampled "resampled" "all of up to four lights, else one of eight candidates by what they would give"
+    Resampled "resampled" "all lights where there are up to four; else one of eight candidates, by its unshadowed contribution"
     /// One light a vertex, sampled by its power, as published.
     Power "power" "one light, sampled by its power"
     /// One light a vertex, all with equal probability: the baseline for the other settings.
-    Uniform "uniform" "one light, all alike"
+    Uniform "uniform" "one light, all with equal probability"
 }
 
 choice! {
     /// Source of the random numbers of camera paths.
     Sampler
     /// Every number is independent of all others.
-    Independent "independent" "every number by itself"
+    Independent "independent" "independent random numbers"
     /// Low-discrepancy sequences in which a pixel's frames take turns: more frames fill them more evenly.
-    Sobol "sobol" "a pixel's frames spread evenly, by Owen-scrambled Sobol sequences"
+    Sobol "sobol" "Owen-scrambled Sobol sequences over the frames of a pixel"
     /// Sobol sequences that also spread evenly over the neighbouring pixels of each frame.
-    Blue "blue" "the same, and pixels beside each other spread evenly too: their noise is fine and evens out"
+    Blue "blue" "Sobol sequences that also spread evenly over neighbouring pixels: the noise is fine-grained"
 }
 
 choice! {
     /// Path-traced light of the previous frame that collection points reuse.
     PathHistory
     /// No path-traced light.
-    None "none" "nothing: path-traced light does not outlive its frame"
+    None "none" "no reuse of path-traced light"
     /// Light of as many frames as still hold by the paths that are traced again.
-    Validated "validated" "up to 32 frames that still hold by paths traced again, in a still view all of them"
+    Validated "validated" "reuses up to 32 frames, validated by paths that are traced again; in a still view all frames"
 }
 
 choice! {
     /// Treatment of rare bright samples of camera paths.
     Fireflies
     /// None: frames are unbiased.
-    Kept "kept" "nothing: frames are unbiased"
+    Kept "kept" "keeps them: frames are unbiased"
     /// Bound by the pixels around, which loses the energy above the bound.
-    Bounded "bounded" "at most eight times the mean around, which loses one or two hundredths of the light"
+    Bounded "bounded" "bounds them by eight times the mean around, which loses 1 to 2 % of the light"
 }
 
 choice! {
@@ -113,7 +113,7 @@ choice! {
     /// Level of its textures that a camera prefix sees; every other path sees the finest.
     TextureFilter
     /// Level of the pixel's ray cone: one ray a pixel does not flicker, but materials look different from close by.
-    Cone "cone" "that of the pixel's footprint: still in one frame, not quite the material"
+    Cone "cone" "the level of the pixel's footprint: one frame has no aliasing, but materials look slightly different"
     /// Finest level: correct where rays over the whole pixel average it.
-    Finest "finest" "the finest: right where rays over the whole pixel are averaged"
+    Finest "finest" "the finest level: exact where rays over the whole pixel are averaged"
 }

@@ -1,6 +1,6 @@
 //! OurBasic [Moreau and Doggett 2022]: collect, shoot and gather, resolve, display. No light outlives its frame.
 //!
-//! Cost: a camera path a pixel, the light paths, an index and a search of it. Limitations: discs blur by their radius, and lose
+//! Cost: a camera path a pixel, light paths, an index and its search. Limitations: discs blur by their radius, and lose
 //! light beyond an edge.
 #![cfg(not(target_arch = "spirv"))]
 
@@ -10,12 +10,12 @@ use crate::interface::frame::FrameParams;
 use crate::method::frame::{self, frame_steps};
 use crate::method::{Method, Parts};
 
-/// OurBasic: no light outlives its frame.
+/// OurBasic: photons gathered at collection points, without reuse.
 pub const BASIC: Method = Method {
     name: "basic",
-    description: "OurBasic: no light outlives its frame",
-    cost: "a camera path a pixel, the light paths, an index and a search of it",
-    limitations: "discs blur by their radius, and lose what lies beyond an edge",
+    description: "OurBasic: photons gathered at collection points, without reuse",
+    cost: "a camera path a pixel, light paths, an index and its search",
+    limitations: "discs blur by their radius, and lose light at edges",
     gathers: true,
     supports_history: true,
     chooses_gather: true,

@@ -48,7 +48,7 @@ pub const KIM2019: Method = Method {
     name: "kim2019",
     description: "Kim 2019: photons splatted to the pixels that see them directly",
     cost: "a projection a photon: no index, no search",
-    limitations: "caustics are seen on primary surfaces only, never in a mirror; few light paths are grains",
+    limitations: "caustics appear on primary surfaces only, never in a mirror; grain with few light paths",
     gathers: true,
     supports_history: false,
     chooses_gather: false,
@@ -65,7 +65,7 @@ pub const KIM2019: Method = Method {
 /// the eye.
 pub const KIM2019_FACING: Method = Method {
     name: "kim2019-facing",
-    description: "the same with Kim's area of a pixel, which ignores the surface's slant",
+    description: "Kim 2019 with his area of a pixel, which ignores the slant of the surface",
     steps: |parts, params| steps(parts, params, AREA_FACING),
     ..KIM2019
 };

@@ -27,9 +27,9 @@ use spirv_std::glam::Vec3;
 /// Path tracing of all light: the estimator of the reference.
 pub const PATH: Method = Method {
     name: "path",
-    description: "path tracing of everything, one path a pixel: the reference's estimator",
+    description: "path tracing of all light, one path a pixel: the estimator of references",
     cost: "a camera path a pixel",
-    limitations: "nothing in expectation; caustics are found at random: noise, and none of lamps of no size",
+    limitations: "unbiased; caustics are noisy, and those of lights without area are missing",
     gathers: false,
     supports_history: false,
     chooses_gather: false,

@@ -20,7 +20,7 @@ pub const PROGRESSIVE: Method = Method {
     name: "progressive",
     description: "progressive photon mapping: OurBasic with radii that shrink over --frames",
     cost: "as basic",
-    limitations: "nothing in the limit; blur goes with the cube root of the number of frames",
+    limitations: "none in the limit; blur falls with the cube root of the number of frames",
     gathers: true,
     supports_history: false,
     chooses_gather: true,

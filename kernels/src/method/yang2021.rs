@@ -58,8 +58,8 @@ pub const YANG2021: Method = Method {
     name: "yang2021",
     description: "adaptive anisotropic photon scattering: ellipses on primary surfaces, guided by feedback",
     cost: "OurBasic's light paths and the pixels of their ellipses; no index, no stored photon",
-    limitations: "only primary surfaces receive; an ellipse blurs, and at borders and thin walls part of it is lost or leaks; the \
-            extent of a lamp, normal maps and diffuse bounces do not widen it",
+    limitations: "only primary surfaces receive; ellipses blur, lose light at borders and leak through thin walls; the size of a light, \
+            normal maps and diffuse bounces do not widen them",
     gathers: true,
     supports_history: false,
     chooses_gather: false,

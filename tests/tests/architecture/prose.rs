@@ -1,9 +1,6 @@
-//! Prose of comments and documents: openings that say nothing, and sentences that are too long. The style is CONTRIBUTING's.
-//!
-//! `tests/golden/prose.txt` holds the number of each per folder. The numbers may only fall:
-//! `CAUSTICS_BLESS=1 cargo test --test architecture prose` writes the table, and refuses a number that rose.
+//! Prose of comments and documents: no doc comment has an opening that leaves out the noun, and no sentence is too long.
+//! CONTRIBUTING, "Style", has the rules.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::ci::documents;
@@ -19,21 +16,8 @@ const BANNED_OPENINGS: [&str; 12] = [
 const MAX_WORDS_OF_CODE: usize = 25;
 /// Maximum number of words in a sentence of a document.
 const MAX_WORDS_OF_DOCUMENTS: usize = 35;
-/// Maximum number of words in any sentence of a document.
-const NEVER_ABOVE: usize = 50;
-/// Depth of the folders that are counted.
-const FOLDER_DEPTH: usize = 3;
 /// Documents that a program writes.
 const GENERATED: [&str; 1] = ["docs/commands.md"];
-
-/// Faults in the prose of a folder.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Faults {
-    /// Doc comments that open with a banned word.
-    openings: usize,
-    /// Sentences that are too long.
-    long: usize,
-}
 
 /// Text of a paragraph, and whether it opens a doc comment.
 #[derive(Debug, Default, PartialEq)]
@@ -120,20 +104,27 @@ fn comments(source: &str) -> Vec<Paragraph> {
     paragraphs(lines)
 }
 
-/// Counts the faults of some paragraphs.
-fn faults(paragraphs: &[Paragraph], max_words: usize) -> Faults {
-    let opens_badly = |paragraph: &&Paragraph| {
-        let is_opening = |banned: &&str| {
-            let behind = paragraph.text.trim_start().strip_prefix(*banned);
+/// Paragraphs of a document.
+fn document_paragraphs(text: &str) -> Vec<Paragraph> {
+    paragraphs(text.lines().map(|line| Some((line, false))))
+}
+
+/// Describes the faults of some paragraphs.
+fn faults(paragraphs: &[Paragraph], max_words: usize) -> Vec<String> {
+    let mut found = Vec::new();
+    for Paragraph { text, opens_doc } in paragraphs {
+        let text = text.trim_start();
+        let is_opening = |banned: &&&str| {
+            let behind = text.strip_prefix(**banned);
             behind.is_some_and(|behind| !behind.starts_with(|c: char| c.is_alphanumeric()))
         };
-        paragraph.opens_doc && BANNED_OPENINGS.iter().any(is_opening)
-    };
-    let lengths = paragraphs.iter().flat_map(|paragraph| sentences(&paragraph.text));
-    Faults {
-        openings: paragraphs.iter().filter(opens_badly).count(),
-        long: lengths.filter(|&length| length > max_words).count(),
+        if let Some(banned) = BANNED_OPENINGS.iter().find(is_opening).filter(|_| *opens_doc) {
+            found.push(format!("begins with {banned:?}: {text}"));
+        }
+        let long = sentences(text).into_iter().filter(|&count| count > max_words);
+        found.extend(long.map(|count| format!("{count} words in a sentence of: {text}")));
     }
+    found
 }
 
 /// Path below the root, with slashes.
@@ -141,67 +132,28 @@ fn name(path: &Path) -> String {
     path.strip_prefix(root()).unwrap_or(path).to_string_lossy().replace('\\', "/")
 }
 
-/// Faults of each folder of sources, and of each document.
-fn counted() -> BTreeMap<String, Faults> {
-    let mut counted: BTreeMap<String, Faults> = BTreeMap::new();
+#[test]
+fn comments_have_no_banned_opening_and_no_sentence_above_25_words() {
+    let mut found = Vec::new();
     for folder in ["kernels", "host", "scenes", "tests", "fuzz"] {
         for file in all_files(&root().join(folder)).iter().filter(|file| !name(file).contains("/target/")) {
-            let name = name(file);
-            let parts: Vec<_> = name.split('/').collect();
-            let key = parts[..FOLDER_DEPTH.min(parts.len() - 1)].join("/");
-            let found =
-                faults(&comments(&std::fs::read_to_string(file).expect("a source")), MAX_WORDS_OF_CODE);
-            let sum = counted.entry(key).or_default();
-            *sum = Faults { openings: sum.openings + found.openings, long: sum.long + found.long };
+            let source = std::fs::read_to_string(file).expect("a source");
+            let faults = faults(&comments(&source), MAX_WORDS_OF_CODE);
+            found.extend(faults.into_iter().map(|fault| format!("{}: {fault}", name(file))));
         }
     }
-    for file in documents() {
-        let text = std::fs::read_to_string(&file).expect("a document");
-        let found = paragraphs(text.lines().map(|line| Some((line, false))));
-        counted.insert(name(&file), faults(&found, MAX_WORDS_OF_DOCUMENTS));
-    }
-    counted.retain(|name, faults| *faults != Faults::default() && !GENERATED.contains(&name.as_str()));
-    counted
-}
-
-/// The table that is committed.
-fn baseline() -> BTreeMap<String, Faults> {
-    let text = std::fs::read_to_string(root().join("tests/golden/prose.txt")).expect("a table");
-    let record = |line: &str| {
-        let mut parts = line.split(' ');
-        let name = parts.next().expect("a folder").to_string();
-        let mut number = || parts.next().and_then(|number| number.parse().ok()).expect("a number");
-        (name, Faults { openings: number(), long: number() })
-    };
-    text.lines().map(record).collect()
+    assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
 #[test]
-fn prose_has_no_more_faults_than_before() {
-    let (before, now) = (baseline(), counted());
-    let rose = |(name, now): (&String, &Faults)| {
-        let before = before.get(name).copied().unwrap_or_default();
-        (now.openings > before.openings || now.long > before.long)
-            .then(|| format!("{name}: {now:?}, before {before:?}"))
-    };
-    let rose: Vec<_> = now.iter().filter_map(rose).collect();
-    assert!(rose.is_empty(), "doc comments with a banned opening, or long sentences\n{}", rose.join("\n"));
-    if std::env::var_os("CAUSTICS_BLESS").is_some() {
-        let line =
-            |(name, faults): (&String, &Faults)| format!("{name} {} {}\n", faults.openings, faults.long);
-        let text: String = now.iter().map(line).collect();
-        std::fs::write(root().join("tests/golden/prose.txt"), text).expect("a table");
-    }
-    assert_eq!(before, now, "fewer faults than before: write tests/golden/prose.txt anew");
-}
-
-#[test]
-fn no_sentence_of_a_document_has_more_than_50_words() {
+fn documents_have_no_sentence_above_35_words() {
+    let mut found = Vec::new();
     for file in documents().iter().filter(|file| !GENERATED.contains(&name(file).as_str())) {
         let text = std::fs::read_to_string(file).expect("a document");
-        let found = paragraphs(text.lines().map(|line| Some((line, false))));
-        assert_eq!(faults(&found, NEVER_ABOVE).long, 0, "{}", name(file));
+        let faults = faults(&document_paragraphs(&text), MAX_WORDS_OF_DOCUMENTS);
+        found.extend(faults.into_iter().map(|fault| format!("{}: {fault}", name(file))));
     }
+    assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
 #[test]
@@ -221,14 +173,12 @@ fn detects_a_banned_opening_and_a_long_sentence() {
         (format!("/// ```\n/// {long}\n/// ```"), 0, 0),
         (format!("fn a() {{\n    // {long}\n}}"), 0, 1),
     ] {
-        assert_eq!(
-            faults(&comments(&source), MAX_WORDS_OF_CODE),
-            Faults { openings, long: count },
-            "{source}"
-        );
+        let found = faults(&comments(&source), MAX_WORDS_OF_CODE);
+        let found_openings = found.iter().filter(|fault| fault.starts_with("begins")).count();
+        assert_eq!((found_openings, found.len() - found_openings), (openings, count), "{source}");
     }
     let page = format!("# {long}\n\n| {long} |\n\n{fits}\n[word](a file) `x y z`");
-    let found = paragraphs(page.lines().map(|line| Some((line, false))));
-    assert_eq!(faults(&found, MAX_WORDS_OF_CODE + 1).long, 1);
-    assert_eq!(faults(&found, MAX_WORDS_OF_CODE + 2).long, 0);
+    let found = document_paragraphs(&page);
+    assert_eq!(faults(&found, MAX_WORDS_OF_CODE + 1).len(), 1);
+    assert_eq!(faults(&found, MAX_WORDS_OF_CODE + 2).len(), 0);
 }

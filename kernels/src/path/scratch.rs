@@ -1,7 +1,7 @@
 //! Scratch memory of a camera path, and all that exists for the registers of a GPU.
 //!
 //! Values that are live while a ray is traced or a BSDF is evaluated take registers of each invocation. The number of registers
-//! decides how many waves run at once. The camera path therefore follows five rules (docs/decisions.md, "CPU and GPU", has the
+//! decides how many waves run at once. The camera path therefore follows five rules (docs/decisions/registers.md has the
 //! measurements):
 //!
 //! 1. **Path scratch.** Values that a path uses at few vertices lie in an array of the invocation instead of variables. They are

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Measures `caustics view`: rates.py CAUSTICS SCENE WIDTH HEIGHT SECONDS [view's options].
 
-Drags for so many seconds in headless Chromium and prints frames a second, the time from a mouse's move to the picture that shows it
-(median and 95th percentile), the memory of the program at the start, in the middle and at the end, and what the server spends on a
-picture (tone mapping and encoding): on small ones while something moves, then for twenty seconds on those of the whole size. Chromium
+Drags for so many seconds in headless Chromium and prints frames a second, the time from a mouse's move to the image that shows it
+(median and 95th percentile), the memory of the program at the start, in the middle and at the end, and what the server spends on an
+image (tone mapping and encoding): on small ones while something moves, then for twenty seconds on those of the whole size. Chromium
 draws on the same cores.
 """
 
@@ -68,7 +68,7 @@ def main():
             page.mouse.up()
             memory.append(resident(program.pid))
             kept = page.evaluate("window.kept")
-            size = page.locator("#numbers td").first.inner_text()
+            size = page.locator("#numbers td").first.text_content()
             while page.evaluate("document.querySelector('.image').width") != int(width):
                 time.sleep(0.1)
             page.evaluate(WATCH)
@@ -78,7 +78,7 @@ def main():
             print(
                 f"{scene} {width}x{height}: {kept['serials'] / float(seconds):.1f} frames/s at {size}, latency "
                 f"{statistics.median(latency):.0f} ms, 95 % within {latency[int(0.95 * len(latency))]:.0f} ms; encoding "
-                f"{statistics.median(kept['encode']):.1f} ms, of the whole size {statistics.median(whole or [math.nan]):.1f} ms ({len(whole)} pictures); memory {' '.join(f'{value:.0f}' for value in memory)} MB"
+                f"{statistics.median(kept['encode']):.1f} ms, of the whole size {statistics.median(whole or [math.nan]):.1f} ms ({len(whole)} images); memory {' '.join(f'{value:.0f}' for value in memory)} MB"
             )
             browser.close()
         finally:

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Drives `caustics view` in headless Chromium: view.py CAUSTICS FOLDER_FOR_SCREENSHOTS [view's options].
 
-At 1280 and 390 pixels, light and dark: no console error, pictures come, dragging orbits within the rate, every axis changes and
-renders, the wipe follows, a pixel answers, PNG and EXR are saved and the copied command renders the same bits, onlookers look on,
-the program ends by Ctrl-C. With CAUSTICS_REQUIRE_GPU also on a Vulkan device, whose kernels are exchanged. Prints what failed and ends
-with 1.
+Checks that the console has no error, that images arrive, that dragging orbits within the rate, that every parameter changes and renders,
+that the wipe follows, and that a pixel can be inspected. The EXR must have the bits of the copied command, a second page must not
+steer, and Ctrl-C must end the program. Checks the layout at 390, 1280 and 2560 px, light and dark, and that its checks notice faults.
+With CAUSTICS_REQUIRE_GPU also exchanges the kernels of a Vulkan device. Prints all failures and exits with 1 if there are any.
 """
 
 import hashlib
@@ -24,16 +24,16 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENE = "mirror-room"
 SIZE = (160, 90)
 PATIENCE_S = 120
-# What a finger hits; see tests/browser/report.py.
+# Minimum height of a touch target; see tests/browser/report.py.
 SMALLEST_TARGET_PX = 36
 
 failures = []
-# All that were started.
+# All programs that were started.
 programs = []
 
 
 def check(holds, what):
-    """Notes a failure and goes on: one run names all of them."""
+    """Notes a failure and continues, so that one run finds all of them."""
     if not holds:
         failures.append(what)
         print(f"FAILED: {what}", file=sys.stderr)
@@ -65,7 +65,7 @@ class Program:
             time.sleep(0.1)
 
     def kill(self):
-        """For what failed; one that has ended is left alone."""
+        """Ends the program after a failure, if it still runs."""
         self.process.kill()
 
     def end(self):
@@ -79,7 +79,7 @@ class Program:
 
 
 def until(page, expression, argument=None):
-    """Waits until it holds in the page, whose policy lets no `wait_for_function` in."""
+    """Waits until an expression holds. The page's policy refuses `wait_for_function`."""
     end = time.monotonic() + PATIENCE_S
     while not page.evaluate(expression, argument):
         if time.monotonic() > end:
@@ -88,11 +88,16 @@ def until(page, expression, argument=None):
 
 
 def watch(page, name):
-    """Notes what the console says."""
-    # What Chromium says of this script's own reading of pixels.
+    """Checks that the console has neither errors nor warnings."""
+    # Ignore the warning about this script's own reading of pixels.
     mine = "getImageData"
     page.on("console", lambda line: check(mine in line.text or line.type not in ("error", "warning"), f"{name}: console: {line.text}"))
     page.on("pageerror", lambda error: check(False, f"{name}: {error}"))
+
+
+def unfold(page):
+    """Opens all sections of the panel."""
+    page.evaluate("document.querySelectorAll('details').forEach(node => { node.open = true; })")
 
 
 def opened(context, address, name):
@@ -105,7 +110,7 @@ def opened(context, address, name):
 
 
 def samples(page, least):
-    """Waits until the picture is the mean of so many frames."""
+    """Waits until the image is the mean of this number of frames."""
     until(page, f"Number(document.body.dataset.samples) >= {least} && !/moving/.test(document.getElementById('state').textContent)")
 
 
@@ -124,17 +129,105 @@ def colours(page, side=0):
     )
 
 
-def check_layout(page, name):
-    wide = page.evaluate("document.documentElement.scrollWidth")
-    width = page.evaluate("document.documentElement.clientWidth")
-    check(wide <= width, f"{name}: {wide} px wide in a window of {width}")
-    small = page.evaluate(
-        """least => [...document.querySelectorAll('button, select, summary, input:not([type=checkbox]):not([type=range])')]
-            .filter(node => node.checkVisibility() && node.getBoundingClientRect().height < least)
-            .map(node => node.id || node.textContent.trim())""",
+def layout_faults(page):
+    """Faults of the layout, in words."""
+    return page.evaluate(
+        """least => {
+            const faults = [];
+            const fault = (holds, text) => { if (!holds) faults.push(text); };
+            const box = (selector) => document.querySelector(selector).getBoundingClientRect();
+            const near = (a, b) => Math.abs(a - b) < 1;
+            const root = document.documentElement;
+            const panel = document.getElementById('panel');
+            fault(root.scrollWidth <= innerWidth && document.body.scrollWidth <= innerWidth, `overflow: the page is ${document.body.scrollWidth} px wide`);
+            const tall = Math.max(root.scrollHeight, document.body.scrollHeight);
+            fault(tall <= innerHeight, `overflow: the page is ${tall} px tall`);
+            // The view takes what bar and panel leave of the window.
+            const [view, stage, canvas, bar] = ['.view', '#stage', '#stage canvas', '.bar'].map(box);
+            const isBeside = bar.left >= view.right - 1;
+            if (panel.hidden) {
+                const taken = getComputedStyle(document.querySelector('.bar')).position === 'fixed' ? 0 : bar.height;
+                fault(near(view.width, innerWidth) && near(view.height + taken, innerHeight), `view: ${view.width} x ${view.height} px without a panel`);
+            } else if (isBeside) {
+                fault(near(view.height, innerHeight) && near(view.width + bar.width, innerWidth), `view: ${view.width} x ${view.height} px beside the panel`);
+                fault(near(bar.height + panel.offsetHeight, innerHeight), `panel: ${panel.offsetHeight} px tall`);
+            } else {
+                fault(near(view.width, innerWidth) && near(view.height + bar.height + panel.offsetHeight, innerHeight), `view: ${view.width} x ${view.height} px above the panel`);
+                fault(panel.offsetHeight >= 0.25 * innerHeight, `panel: ${panel.offsetHeight} px tall`);
+            }
+            // The image fills the view in one direction, and keeps its aspect.
+            const [width, height] = ['width', 'height'].map(id => Number(document.getElementById(id).value));
+            fault(near(stage.width, view.width) || near(stage.height, view.height), `fill: the image has ${stage.width} x ${stage.height} px of ${view.width} x ${view.height}`);
+            fault(stage.width < view.width + 1 && stage.height < view.height + 1, `fill: the image is cut`);
+            fault(Math.abs(stage.width / stage.height / (width / height) - 1) < 0.01, `aspect: ${stage.width} x ${stage.height} px for ${width} x ${height}`);
+            fault(near(canvas.width, stage.width) && near(canvas.height, stage.height), `fill: the canvas has ${canvas.width} x ${canvas.height} px`);
+            // The panel scrolls by itself.
+            if (!panel.hidden) {
+                fault(panel.scrollWidth <= panel.clientWidth, `overflow: the panel is ${panel.scrollWidth} px wide in ${panel.clientWidth}`);
+                const isLong = [...panel.children].reduce((sum, node) => sum + node.offsetHeight, 0) > panel.clientHeight;
+                panel.scrollTop = 50;
+                fault(!isLong || panel.scrollTop > 0, 'scroll: the panel does not');
+                fault(near(box('#stage').top, stage.top), 'scroll: the image moves with the panel');
+                panel.scrollTop = 0;
+            }
+            const isCompared = document.getElementById('against').value === 'other';
+            fault(panel.hidden || document.getElementById('other').checkVisibility() === isCompared, 'unused: the second setting is in sight only where it is used');
+            const hit = (node) => node.type === 'checkbox' ? node.closest('label') : node;
+            const small = [...document.querySelectorAll('button, select, summary, input')]
+                .filter(node => node.checkVisibility() && hit(node).getBoundingClientRect().height < least)
+                .map(node => node.id || node.textContent.trim());
+            fault(!small.length, `touch: too small: ${small}`);
+            return faults;
+        }""",
         SMALLEST_TARGET_PX,
     )
-    check(not small, f"{name}: too small to be tapped: {small}")
+
+
+def check_layout(page, name):
+    faults = layout_faults(page)
+    check(not faults, f"{name}: {faults}")
+
+
+# Faults by style sheets, and the words by which the check names them.
+BROKEN = {
+    "#stage { width: 50cqw; }": "fill: the image has",
+    "#stage { width: 120cqw; }": "fill: the image is cut",
+    "#stage { aspect-ratio: 1; }": "aspect",
+    "#stage canvas { height: 50%; }": "fill: the canvas",
+    ".view { margin: 20px; }": "view",
+    "#panel { overflow: clip; }": "scroll",
+    "#panel { overflow: visible; }": "scroll",
+    ".field { width: 2000px; }": "overflow: the panel",
+    "body { width: 110vw; }": "overflow: the page",
+    "#other[hidden] { display: block; }": "unused",
+    "#toggle { height: 20px; min-height: 0; }": "touch",
+}
+
+
+def check_broken_layouts(page, name):
+    """Breaks the layout by style sheets; the check must notice each."""
+    for sheet, words in BROKEN.items():
+        page.evaluate("text => { const sheet = new CSSStyleSheet(); sheet.replaceSync(text); document.adoptedStyleSheets = [sheet]; }", sheet)
+        faults = layout_faults(page)
+        check(any(fault.startswith(words) for fault in faults), f"{name}: {sheet} is not noticed: {faults}")
+    page.evaluate("document.adoptedStyleSheets = []")
+    check_layout(page, f"{name}, mended")
+
+
+def check_panel(page, name, folder):
+    """Hides the panel by its button and shows it by a key; a key that is typed into a field does neither."""
+    page.locator("#toggle").click()
+    check(page.locator("#panel").is_hidden(), f"{name}: the panel stays")
+    check(page.locator("#toggle").get_attribute("aria-expanded") == "false", f"{name}: the button says that the panel is shown")
+    check_layout(page, f"{name}, without panel")
+    page.screenshot(path=folder / f"{name}-bare.png")
+    page.locator("#stage").focus()
+    page.keyboard.press("h")
+    check(page.locator("#panel").is_visible(), f"{name}: the panel does not return")
+    page.locator("#parameter-0-radius_px").focus()
+    page.keyboard.press("h")
+    check(page.locator("#panel").is_visible(), f"{name}: a letter in a field hides the panel")
+    page.locator("#parameter-0-radius_px").fill("1")
 
 
 def middle(page):
@@ -144,7 +237,7 @@ def middle(page):
 
 
 def check_orbit(page, name):
-    """Drags, and sees pictures of what moves meanwhile."""
+    """Drags, and counts the images that arrive meanwhile."""
     samples(page, 2)
     before = page.evaluate("document.body.dataset.serial")
     x, y = middle(page)
@@ -158,7 +251,7 @@ def check_orbit(page, name):
     page.mouse.up()
     check(moved, f"{name}: nothing moves while the mouse drags")
     shown = int(page.evaluate("document.body.dataset.serial")) - int(before)
-    check(shown >= 8, f"{name}: {shown} pictures in two seconds of dragging")
+    check(shown >= 8, f"{name}: {shown} images in two seconds of dragging")
     check(page.locator("#camera").input_value() == "", f"{name}: the camera is not free after an orbit")
     samples(page, 1)
     check("--from" in page.locator("#command").inner_text(), f"{name}: the command has no camera")
@@ -166,36 +259,40 @@ def check_orbit(page, name):
 
 def check_keys(page, name):
     page.locator("#stage").focus()
-    fov = page.locator("#command").inner_text()
+    before = page.locator("#command").inner_text()
     page.keyboard.down("d")
     page.wait_for_timeout(400)
     page.keyboard.up("d")
     samples(page, 1)
-    check(page.locator("#command").inner_text() != fov, f"{name}: keys do not fly")
+    check(page.locator("#command").inner_text() != before, f"{name}: keys do not fly")
 
 
-def check_axes(page, name):
-    """Every value of every axis is taken, and makes a picture."""
-    for select in page.locator("#own select[data-axis]").all():
-        axis = select.get_attribute("data-axis")
-        usual = select.input_value()
+def check_parameters(page, name):
+    """Sets every value of every parameter, and renders it. Parameters that do not apply to the method are out of sight."""
+    for select in page.locator("#own select[data-parameter]").all():
+        parameter = select.get_attribute("data-parameter")
+        until(page, "key => document.getElementById(`parameter-0-${key}`).checkVisibility()", parameter)
+        default = select.input_value()
         values = select.evaluate("node => [...node.options].map(option => option.value)")
         for value in values:
-            if axis == "runner" and value.startswith("gpu"):
+            if parameter == "runner" and value.startswith("gpu"):
                 continue
-            if select.is_disabled():
-                check(axis in ("gather", "emission"), f"{name}: {axis} is disabled with method basic")
-                break
             select.select_option(value)
             page.wait_for_timeout(150)
         failure = page.locator("#failure")
-        select.select_option(usual)
+        select.select_option(default)
         page.wait_for_timeout(100)
-        # Asked once: what the last value was refused for may go at any time.
-        said = failure.evaluate("node => node.hidden ? '' : node.innerText")
-        check(not said or "ray queries" in said, f"{name}: {axis}: {said}")
-    for axis, value, wrong in (("radius_px", "2", "-1"), ("max_bounces", "3", "99"), ("paths_per_pixel", "0.5", "x")):
-        field = page.locator(f"#axis-0-{axis}")
+        # Read the message once: it may vanish between two calls.
+        message = failure.evaluate("node => node.hidden ? '' : node.innerText")
+        check(not message or "ray queries" in message, f"{name}: {parameter}: {message}")
+    page.locator("#parameter-0-method").select_option("path")
+    until(page, "document.getElementById('parameter-0-gather').closest('.field').hidden")
+    note = page.locator("#not-applicable-0").inner_text()
+    check("gather" in note and page.locator("#parameter-0-gather").is_hidden(), f"{name}: gather with method path: {note!r}")
+    page.locator("#parameter-0-method").select_option("basic")
+    until(page, "document.getElementById('parameter-0-gather').checkVisibility()")
+    for parameter, value, wrong in (("radius_px", "2", "-1"), ("max_bounces", "3", "99"), ("paths_per_pixel", "0.5", "x")):
+        field = page.locator(f"#parameter-0-{parameter}")
         for text in (wrong, value):
             field.fill(text)
             field.press("Tab")
@@ -204,15 +301,15 @@ def check_axes(page, name):
             else:
                 until(
                     page,
-                    "([axis, text]) => document.getElementById('command').textContent.includes(`--${axis} ${text}`)",
-                    [axis.replace("_", "-"), text],
+                    "([option, text]) => document.getElementById('command').textContent.includes(`--${option} ${text}`)",
+                    [parameter.replace("_", "-"), text],
                 )
     samples(page, 1)
-    check(colours(page)[0] > 50, f"{name}: the picture is empty after axes have changed")
+    check(colours(page)[0] > 50, f"{name}: the image is empty after parameters have changed")
 
 
 def home(page):
-    """Back to the file's camera."""
+    """Returns to the file's camera."""
     page.locator("#camera").select_option("main")
     until(page, "document.getElementById('command').textContent.includes('--camera main')")
     samples(page, 2)
@@ -228,7 +325,7 @@ def check_layers(page, name):
     check(len({tuple(value) for value in seen.values()}) == len(seen), f"{name}: layers look alike: {seen}")
     page.locator("#layer").select_option("beauty")
     page.locator("#stops").fill("-6")
-    until(page, "document.getElementById('scale').textContent.startsWith('-6')")
+    until(page, "document.getElementById('scale').textContent.startsWith('exposure -6')")
     page.wait_for_timeout(700)
     check(colours(page)[1] < 0.5 * seen["beauty"][1], f"{name}: exposure changes nothing")
     page.locator("#auto").check()
@@ -252,30 +349,32 @@ def check_wipe(page, name):
     check(abs(int(handle.get_attribute("aria-valuenow")) - 22) <= 2, f"{name}: keys do not move the wipe")
     flip = page.locator("#distance tr").first.inner_text()
     check("FLIP" in flip, f"{name}: the distance is {flip}")
+    check(page.locator("#other").is_hidden(), f"{name}: the second setting is in sight without another setting")
     page.locator("#against").select_option("other")
-    page.locator("#axis-1-method").select_option("kim2019")
-    until(page, "document.getElementById('numbers-other').innerText !== ''")
+    page.locator("#parameter-1-method").select_option("kim2019")
+    until(page, "document.querySelector('#numbers-other td')")
     page.locator("#against").select_option("nothing")
     until(page, "!document.getElementById('stage').classList.contains('split')")
+    check(page.locator("#other").is_hidden(), f"{name}: the second setting stays")
 
 
 def check_pick(page, name):
     x, y = middle(page)
     page.mouse.click(x, y)
-    until(page, "/m away/.test(document.getElementById('picked').textContent)")
+    until(page, "/m from the camera/.test(document.getElementById('picked').textContent)")
     page.mouse.dblclick(x, y + 10)
     page.wait_for_timeout(300)
 
 
 def check_inspector(page, name, folder):
-    """The pixel in the middle of the caustic: its path, its photons, drawn as lines."""
+    """Inspects the pixel in the middle of the caustic: its path and its photons are drawn as lines."""
     home(page)
     page.locator("#inspect").click()
     x, y = middle(page)
     page.mouse.click(x, y)
     until(page, "document.getElementById('inspected').rows.length > 2")
     text = page.locator("#inspected").inner_text()
-    check("radius of the disc" in text and "photons" in text, f"{name}: the inspector says {text}")
+    check("radius of the collection point" in text and "photons" in text, f"{name}: the inspector says {text}")
     drawn = page.evaluate(
         """() => {
             const { width, height } = overlay;
@@ -292,7 +391,7 @@ def check_inspector(page, name, folder):
 
 
 def check_objects(page, name):
-    """Drags an object and a lamp, and sees the light change."""
+    """Drags an object and a light, and sees the image change."""
     home(page)
     for kind in ("", "(light)"):
         names = page.locator("#node").evaluate("node => [...node.options].map(option => option.textContent)")
@@ -319,7 +418,7 @@ def check_objects(page, name):
 
 
 def check_recording(page, name, caustics, folder):
-    """An orbit that is recorded is an animation."""
+    """Records an orbit and renders it as an animation."""
     page.locator("#record").click()
     until(page, "document.getElementById('record').getAttribute('aria-pressed') === 'true'")
     x, y = middle(page)
@@ -341,7 +440,7 @@ def check_recording(page, name, caustics, folder):
 
 
 def check_saved(page, name, caustics, folder):
-    """The copied command is the one that is shown, and the EXR of the page has the bytes of its EXR."""
+    """Copies the command that is shown, and compares its EXR with the page's, byte by byte."""
     samples(page, 3)
     page.locator("#pause").click()
     until(page, "document.getElementById('state').textContent === 'paused'")
@@ -388,23 +487,24 @@ def check_onlookers(context, page, address, name):
 
 
 def check_time(browser, caustics, folder):
-    """A scene that moves plays and is scrubbed; a page outlives the program and tells the next one what it wanted."""
+    """Plays a scene that moves. The page outlives the program, and repeats its requests to the next one."""
     token = "0123456789abcdef0123456789abcdef"
     program = Program(caustics, sys.argv[3:], folder, "moving-caster", token)
     context = browser.new_context(viewport={"width": 1280, "height": 900})
     page = context.new_page()
     page.goto(program.address)
     samples(page, 1)
+    unfold(page)
     still = colours(page)
     page.locator("#play").click()
     until(page, "Number(document.getElementById('time').value) > 0.3")
     check("moving" in page.locator("#state").inner_text(), "time: nothing moves while it plays")
     page.locator("#play").click()
     samples(page, 1)
-    check(colours(page) != still, "time: the picture does not change")
+    check(colours(page) != still, "time: the image does not change")
     page.locator("#layer").select_option("caustics")
-    page.locator("#axis-0-max_bounces").fill("4")
-    page.locator("#axis-0-max_bounces").press("Tab")
+    page.locator("#parameter-0-max_bounces").fill("4")
+    page.locator("#parameter-0-max_bounces").press("Tab")
     until(page, "document.getElementById('command').textContent.includes('--max-bounces 4')")
     time_of = "document.getElementById('command').textContent.match(/--time ([0-9.]+)/)[1]"
     was = page.evaluate(time_of)
@@ -421,7 +521,7 @@ def check_time(browser, caustics, folder):
 
 
 def fnv1a(data):
-    """The hash of kernels.lock: FNV-1a of 64 bits, with a separator behind."""
+    """Hash of kernels.lock: FNV-1a of 64 bits, with a separator at the end."""
     value = 0xCBF29CE484222325
     for byte in (*data, 0xFF):
         value = (value ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
@@ -429,7 +529,7 @@ def fnv1a(data):
 
 
 def check_kernels(browser, caustics, folder):
-    """On a Vulkan device: new kernels are taken while the program runs, wrong ones are told and do no harm."""
+    """Exchanges kernels on a Vulkan device while the program runs; wrong ones are reported and do no harm."""
     kernels = folder / "kernels"
     kernels.mkdir(exist_ok=True)
     for name in ("base.spv", "rayquery.spv", "kernels.lock"):
@@ -477,6 +577,7 @@ def main():
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         context = browser.new_context(viewport={"width": 1280, "height": 900})
         page = opened(context, program.address, "page")
+        unfold(page)
         check_orbit(page, "page")
         check_keys(page, "page")
         check_layers(page, "page")
@@ -484,24 +585,31 @@ def main():
         check_pick(page, "page")
         check_inspector(page, "page", folder)
         check_onlookers(context, page, program.address, "page")
-        check_axes(page, "page")
+        check_parameters(page, "page")
         check_saved(page, "page", caustics, folder)
         check_objects(page, "page")
         check_saved(page, "page, edited", caustics, folder)
         check_recording(page, "page", caustics, folder)
         context.close()
-        for width in (1280, 390):
+        for width, height in ((2560, 1300), (1280, 844), (390, 844)):
             for scheme in ("light", "dark"):
                 name = f"{width}-{scheme}"
-                viewport = {"width": width, "height": 844}
+                viewport = {"width": width, "height": height}
                 context = browser.new_context(viewport=viewport, color_scheme=scheme, has_touch=width < 500)
                 page = opened(context, program.address, name)
                 samples(page, 2)
                 check_layout(page, name)
+                page.screenshot(path=folder / f"{name}.png")
+                check_panel(page, name, folder)
+                unfold(page)
+                check_layout(page, f"{name}, unfolded")
+                if scheme == "dark":
+                    check_broken_layouts(page, name)
                 page.locator("#against").select_option("other")
                 until(page, "document.getElementById('stage').classList.contains('split')")
+                until(page, "!document.getElementById('other').hidden")
                 check_layout(page, f"{name}, wipe")
-                page.screenshot(path=folder / f"{name}.png", full_page=True)
+                page.screenshot(path=folder / f"{name}-wipe.png")
                 page.locator("#against").select_option("nothing")
                 context.close()
         program.end()

@@ -1,4 +1,4 @@
-//! `caustics view` from outside: who may come, and what pages that misbehave do to it.
+//! `caustics view` from outside: access control, and pages that misbehave.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -15,10 +15,10 @@ use super::bad_input::Scene;
 use crate::test_dir::{BINARY, Run, TestDir};
 
 const TOKEN: &str = "0123456789abcdef0123456789abcdef";
-/// Longest wait for anything.
+/// Maximum wait of a test.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A program that serves a page, ended with its test.
+/// A program that serves a page, and ends with its test.
 struct Program {
     child: Child,
     port: u16,
@@ -38,7 +38,7 @@ impl Program {
         Program::serve(Command::new(BINARY).current_dir(root), "mirror-room")
     }
 
-    /// Serves a scene by a command that starts the program.
+    /// Serves a scene with a command that starts the program.
     fn serve(command: &mut Command, scene: &str) -> Program {
         let options = ["--port", "0", "--width", "32", "--height", "18", "--runner", "cpu"];
         let mut child = command
@@ -58,7 +58,7 @@ impl Program {
                 break port.parse().unwrap();
             }
         };
-        // Whatever it says later must find a reader.
+        // Keep reading stderr, so that the program never blocks.
         let stderr = Arc::new(Mutex::new(stderr));
         let more = Arc::clone(&stderr);
         std::thread::spawn(move || {
@@ -69,7 +69,7 @@ impl Program {
         Program { child, port, stderr }
     }
 
-    /// Its output on stderr so far.
+    /// Returns the program's stderr so far.
     fn stderr(&self) -> String {
         self.stderr.lock().unwrap().clone()
     }
@@ -80,7 +80,7 @@ impl Program {
         stream
     }
 
-    /// Status and head of the answer to a request.
+    /// Returns status and head of the answer to a request.
     fn get(&self, path: &str, headers: &[(&str, &str)]) -> (u16, String) {
         let mut stream = self.stream();
         let mut request = format!("GET {path} HTTP/1.1\r\nConnection: close\r\n");
@@ -94,7 +94,7 @@ impl Program {
         (answer.split(' ').nth(1).unwrap().parse().unwrap(), answer)
     }
 
-    /// Opens the connection of a page; the status of a refusal.
+    /// Opens the connection of a page, or returns the status of the refusal.
     fn page(&self, query: &str, origin: Option<&str>) -> Result<Page, u16> {
         let mut request =
             format!("ws://127.0.0.1:{}/connection{query}", self.port).into_client_request().unwrap();
@@ -110,14 +110,14 @@ impl Program {
         }
     }
 
-    /// A page as a browser opens it.
+    /// Opens a page as a browser does.
     fn own_page(&self) -> Page {
         let origin = format!("http://127.0.0.1:{}", self.port);
         self.page(&format!("?token={TOKEN}"), Some(&origin)).unwrap()
     }
 }
 
-/// A page's end of its connection.
+/// Client side of a page's connection.
 struct Page(WebSocket<TcpStream>);
 
 impl Page {
@@ -125,7 +125,7 @@ impl Page {
         self.0.send(Message::text(word.to_string())).unwrap();
     }
 
-    /// Reads, and says that images are shown, until something in words is found.
+    /// Reads messages, and confirms images, until `find` accepts a message.
     fn until<T>(&mut self, mut find: impl FnMut(&Value) -> Option<T>) -> T {
         let end = Instant::now() + PATIENCE;
         while Instant::now() < end {
@@ -145,7 +145,7 @@ impl Page {
         panic!("nothing is found");
     }
 
-    /// The next image's head, and its bytes.
+    /// Returns head and bytes of the next image.
     fn image(&mut self) -> (Value, Vec<u8>) {
         loop {
             if let Message::Binary(bytes) = self.0.read().unwrap() {
@@ -157,7 +157,7 @@ impl Page {
         }
     }
 
-    /// The message of the next error.
+    /// Returns the message of the next error.
     fn error(&mut self) -> String {
         self.until(|word| (word["is"] == "error").then(|| word["what"].as_str().unwrap().to_string()))
     }
@@ -169,7 +169,7 @@ fn head(bytes: &[u8]) -> Value {
 }
 
 #[test]
-fn nobody_comes_without_the_token_or_from_another_page() {
+fn requests_without_the_token_or_from_other_pages_are_refused() {
     let program = Program::start();
     let host = format!("127.0.0.1:{}", program.port);
     let own = [("Host", &*host)];
@@ -224,14 +224,14 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
     assert!(controller.until(|word| (word["is"] == "control").then(|| word["has_control"] == true)));
 
     for (wrong, what) in [
-        ("", "no message"),
-        ("{", "no message"),
-        ("[]", "no message"),
-        (r#"{"do":"shutdown"}"#, "no message"),
-        (r#"{"do":"look","from":[0,0,0],"look_at":[0,0,1e999],"fov":40}"#, "no message"),
+        ("", "unknown message"),
+        ("{", "unknown message"),
+        ("[]", "unknown message"),
+        (r#"{"do":"shutdown"}"#, "unknown message"),
+        (r#"{"do":"look","from":[0,0,0],"look_at":[0,0,1e999],"fov":40}"#, "unknown message"),
         (r#"{"do":"look","from":[0,0,0],"look_at":[0,0,1],"fov":0}"#, "fov 0"),
-        (r#"{"do":"time","seconds":1,"playing":1}"#, "no message"),
-        (r#"{"do":"axis","side":0,"key":"nothing","value":"1"}"#, "no axis"),
+        (r#"{"do":"time","seconds":1,"playing":1}"#, "unknown message"),
+        (r#"{"do":"axis","side":0,"key":"nothing","value":"1"}"#, "no parameter"),
         (r#"{"do":"axis","side":2,"key":"method","value":"basic"}"#, "two sides"),
         (r#"{"do":"axis","side":0,"key":"method","value":"magic"}"#, "no method is called magic"),
         (r#"{"do":"axis","side":0,"key":"paths_per_pixel","value":"1e9"}"#, "paths/px"),
@@ -244,7 +244,7 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
         let error = controller.error();
         assert!(error.contains(what), "{wrong}: {error}");
     }
-    // A camera that looks at where it is cannot be shown; the next can.
+    // A camera that looks at its own position fails; the next camera works.
     controller.send(&json!({ "do": "look", "from": [0, 1, 0], "look_at": [0, 1, 0], "fov": 40 }));
     let failure = controller.until(|word| word["failure"].as_str().map(String::from));
     assert!(failure.contains("looks at where it is"), "{failure}");
@@ -253,7 +253,8 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
         (word["is"] == "status" && word["failure"].is_null() && word["moves"] == false).then_some(())
     });
 
-    // An onlooker cannot steer, one that is too loud is cut off, and one that never reads does no harm.
+    // A page without control cannot steer. A message that is too long closes its page, and a page that never reads harms no
+    // other.
     let mut onlooker = program.own_page();
     onlooker.send(&json!({ "do": "size", "width": 64, "height": 36 }));
     assert!(onlooker.error().contains("another page has control"));
@@ -261,11 +262,11 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
     let _ = onlooker.0.send(Message::text(long));
     let end = Instant::now() + PATIENCE;
     while onlooker.0.read().is_ok() {
-        assert!(Instant::now() < end, "it is not cut off");
+        assert!(Instant::now() < end, "the page is not closed");
     }
     let _deaf = program.own_page();
 
-    // Of very many view requests the last counts.
+    // The last of many view requests counts.
     for step in 1..=3000 {
         let x = 0.0001 * f64::from(step);
         controller.send(&json!({ "do": "look", "from": [x, 1.5, 2.0], "look_at": [0, 1, 0], "fov": 40 }));
@@ -281,7 +282,7 @@ fn pages_that_misbehave_are_answered_and_the_others_go_on() {
 }
 
 #[test]
-fn a_port_that_is_taken_and_options_that_cannot_be_are_told() {
+fn taken_ports_and_invalid_options_are_errors() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
     let dir = TestDir::new();
@@ -302,7 +303,7 @@ fn a_port_that_is_taken_and_options_that_cannot_be_are_told() {
     }
 }
 
-/// The command that a page of a scene copies, once there is an image; none if there is none.
+/// Returns the command that a page of a scene copies once there is an image; none where no command exists.
 fn command_of(scene: &Scene) -> Option<String> {
     let mut command = Command::new(BINARY);
     let program = Program::serve(command.current_dir(scene.write().dir.folder()), "scene.gltf");
@@ -338,7 +339,7 @@ fn a_copied_command_says_the_name_of_a_hostile_camera_and_runs_nothing_else() {
                 .output()
                 .unwrap()
         };
-        // The arguments as the program gets them.
+        // Read the arguments as the program gets them.
         let arguments = run(format!("caustics() {{ printf '%s\\0' \"$@\"; }}; {command}")).stdout;
         let arguments = String::from_utf8(arguments).unwrap();
         let arguments: Vec<&str> = arguments.split('\0').collect();
@@ -349,7 +350,7 @@ fn a_copied_command_says_the_name_of_a_hostile_camera_and_runs_nothing_else() {
         assert!(render.status.success(), "{}", String::from_utf8_lossy(&render.stderr));
         assert!(scene.dir.path("image.exr").exists() && !scene.dir.path("OWNED").exists());
     }
-    // No argument has a NUL, and another name would be another camera.
+    // No argument can hold a NUL, and another name would be another camera.
     let mut scene = Scene::new("ring");
     scene.json["cameras"][0]["name"] = json!("main\0");
     for node in scene.json["nodes"].as_array_mut().unwrap() {
@@ -381,19 +382,19 @@ fn wait_for(what: &str, mut holds: impl FnMut() -> bool) {
 
 #[test]
 fn idle_connections_without_a_token_keep_no_page_out_and_are_closed() {
-    // This process has an end of each, too.
+    // This process holds one end of each connection too.
     rlimit::increase_nofile_limit(4096).unwrap();
     let program = Program::start();
     let mut first = program.own_page();
     first.image();
-    // Single precision.
+    // The renderer works in single precision.
     let is_at = |word: &Value, z: f64| word["camera"]["from"][2].as_f64().filter(|is| (is - z).abs() < 1e-6);
     let mut idle: Vec<TcpStream> = (0..1100).map(|_| program.stream()).collect();
     for (id, mut stream) in idle.iter().enumerate().skip(1080) {
-        // Some begin a head of a request and do not end it. One that has been closed already fails.
+        // Some connections send an incomplete head. Writing fails on a connection that is already closed.
         let _ = stream.write_all(format!("GET /?{id} HTTP/1.1\r\nHost: ").as_bytes());
     }
-    // The page that is open goes on, and another one comes.
+    // The open page continues, and another one opens.
     first.send(&json!({ "do": "look", "from": [0, 1.5, 2], "look_at": [0, 1, 0], "fov": 40 }));
     first.until(|word| is_at(word, 2.0));
     let host = format!("127.0.0.1:{}", program.port);
@@ -437,7 +438,7 @@ fn a_refused_request_ends_its_connection_and_no_body_is_waited_for() {
             format!("{method} {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000000\r\n\r\nsome");
         stream.write_all(head.as_bytes()).unwrap();
         let mut answer = Vec::new();
-        // What was not read makes the end an error.
+        // Unread data makes the end of the connection an error.
         let _ = stream.read_to_end(&mut answer);
         let answer = String::from_utf8_lossy(&answer);
         assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{method} {path}: {answer}");
@@ -492,7 +493,7 @@ fn a_recording_holds_what_changed_and_is_read_again() {
     let host = format!("127.0.0.1:{}", program.port);
     let (status, answer) = program.get(&format!("/animation.toml?token={TOKEN}"), &[("Host", &host)]);
     assert_eq!(status, 200, "{answer}");
-    // The body comes in pieces, each after its length.
+    // The body comes in chunks, each after its length.
     let text: String = answer.split("\r\n\r\n").nth(1).unwrap().split("\r\n").skip(1).step_by(2).collect();
     let edits = caustics::scene::Edits::parse(&text).unwrap();
     assert!((2..=42).contains(&edits.keys.len()), "{text}");

@@ -1,4 +1,4 @@
-//! What the server knows.
+//! State of the server.
 
 use std::sync::Arc;
 
@@ -9,20 +9,20 @@ use super::guard::Guard;
 use super::page::Page;
 use super::shared::Shared;
 
-/// What the server knows.
+/// State of the server.
 pub struct Site {
-    /// What the renderer shares.
+    /// State shared with the renderer.
     pub shared: Arc<Shared>,
-    /// Who may come.
+    /// Access control.
     pub guard: Guard,
     /// The page.
     pub page: Page,
-    /// What tells this run of the program from others.
+    /// Identifier of this run of the program.
     pub run: String,
-    /// The open pages, and which of them has control.
+    /// Open pages, and the one that has control.
     pub control_token: ControlToken,
-    /// Slots for files on their way to a page.
+    /// Slots for files in transfer to pages.
     pub files: Arc<Semaphore>,
-    /// Slots for images that are packed for a page.
+    /// Slots for images that are being encoded for pages.
     pub packers: Arc<Semaphore>,
 }

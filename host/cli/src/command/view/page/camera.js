@@ -1,18 +1,18 @@
-// A camera of three positions: where the eye is, what it looks at, and how wide. Metres and degrees, y upwards.
+// Camera: position of the eye, position that it looks at, and vertical field of view. Metres and degrees, y upwards.
 const add = (a, b, scale = 1) => a.map((value, i) => value + scale * b[i]);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const length = (a) => Math.hypot(...a);
 const unit = (a) => a.map((value) => value / (length(a) || 1));
 
-const STEEPEST = (89.5 * Math.PI) / 180; // From straight above there is no right and left.
+const MAX_ELEVATION = (89.5 * Math.PI) / 180; // At 90 degrees right and left are undefined.
 
 class Camera {
   constructor(from, lookAt, fov) {
     Object.assign(this, { from, lookAt, fov });
   }
 
-  // What the server says of a camera; what it looks at is as far away as given.
+  // Makes the camera of a status; it looks at the position at this distance.
   static from({ from, forward, fov }, distance) {
     return new Camera(from, add(from, forward, distance), fov);
   }
@@ -28,13 +28,13 @@ class Camera {
     return { forward, right, up: cross(right, forward) };
   }
 
-  // Direction from what is looked at to the eye after turning by angles (rad) round the vertical and up.
+  // Turns a direction by an azimuth round the vertical and an elevation (rad).
   turned(azimuth, elevation, direction) {
-    const turned = Math.atan2(direction[0], direction[2]) + azimuth;
-    const high = Math.asin(Math.max(-1, Math.min(1, direction[1]))) + elevation;
-    const clamped = Math.max(-STEEPEST, Math.min(STEEPEST, high));
+    const around = Math.atan2(direction[0], direction[2]) + azimuth;
+    const up = Math.asin(Math.max(-1, Math.min(1, direction[1]))) + elevation;
+    const clamped = Math.max(-MAX_ELEVATION, Math.min(MAX_ELEVATION, up));
     const level = Math.cos(clamped);
-    return [level * Math.sin(turned), Math.sin(clamped), level * Math.cos(turned)];
+    return [level * Math.sin(around), Math.sin(clamped), level * Math.cos(around)];
   }
 
   orbit(azimuth, elevation) {
@@ -43,12 +43,12 @@ class Camera {
     this.from = add(this.lookAt, direction, this.distance);
   }
 
-  // Turns the head.
+  // Turns the view; the eye stays.
   look(azimuth, elevation) {
     this.lookAt = add(this.from, this.turned(azimuth, elevation, this.axes().forward), this.distance);
   }
 
-  // Moves by shares of the image's height at the distance of what is looked at.
+  // Moves by shares of the image's height at the distance of the position that it looks at.
   pan(x, y) {
     const { right, up } = this.axes();
     const height = 2 * this.distance * Math.tan((this.fov * Math.PI) / 360);
@@ -65,7 +65,7 @@ class Camera {
     this.from = add(this.lookAt, forward, -Math.max(1e-6, this.distance * factor));
   }
 
-  // Where a position of the world is in the image, in shares of its width and height; null behind the eye.
+  // Projects a position of the world into the image, in shares of its width and height; null behind the eye.
   project(position, aspect) {
     const { forward, right, up } = this.axes();
     const to = add(position, this.from, -1);

@@ -1,13 +1,14 @@
-// Pointer, touch and keys on the stage: they move a camera.
-const TURN = 3.2; // Of a drag across the height of the image (rad).
-const CLICK = 5; // A press that moves less is a click (px).
+// Pointer, touch and keys on the stage move the camera.
+const TURN = 3.2; // Angle of a drag across the height of the image (rad).
+const CLICK = 5; // Maximum movement of a click (px).
 const FLY = { KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyD: [1, 0, 0], KeyA: [-1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0] };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-// `does` has: camera(), moved(), clicked(position), focused(position), and drags(x, y, event), which says whether it took a drag.
-function steer(screen, does) {
+// Handles the input of a stage. `actions` are: camera(), which is null without control; moved(); clicked(position);
+// focused(position); and drags(x, y, event), which returns whether the drag moves an object in place of the camera.
+function steer(screen, actions) {
   const { stage, handle } = screen;
-  const pointers = new Map(); // Where each was last, and the button that it was pressed with.
+  const pointers = new Map(); // Last position of each pointer, and its button.
   const at = ({ pointerId, clientX, clientY }, button) => ({ pointerId, clientX, clientY, button });
   let pressed = null;
 
@@ -20,12 +21,12 @@ function steer(screen, does) {
   });
   stage.addEventListener('pointermove', (event) => {
     const before = pointers.get(event.pointerId);
-    const camera = does.camera();
+    const camera = actions.camera();
     if (!before || !camera) return;
     const { height } = stage.getBoundingClientRect();
     const [x, y] = [(event.clientX - before.clientX) / height, (event.clientY - before.clientY) / height];
     const starts = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY);
-    if (pointers.size === 1 && does.drags(x, y, event)) {
+    if (pointers.size === 1 && actions.drags(x, y, event)) {
       if (starts > CLICK) pressed = null;
       pointers.set(event.pointerId, at(event, before.button));
       return;
@@ -44,36 +45,36 @@ function steer(screen, does) {
     }
     if (starts > CLICK) pressed = null;
     pointers.set(event.pointerId, at(event, before.button));
-    if (!pressed) does.moved();
+    if (!pressed) actions.moved();
   });
   const lift = (event) => {
     pointers.delete(event.pointerId);
-    if (pressed && event.type === 'pointerup') does.clicked(screen.position(event), event);
+    if (pressed && event.type === 'pointerup') actions.clicked(screen.position(event), event);
     pressed = null;
   };
   stage.addEventListener('pointerup', lift);
   stage.addEventListener('pointercancel', lift);
   stage.addEventListener('contextmenu', (event) => event.preventDefault());
-  stage.addEventListener('dblclick', (event) => does.focused(screen.position(event)));
+  stage.addEventListener('dblclick', (event) => actions.focused(screen.position(event)));
   stage.addEventListener(
     'wheel',
     (event) => {
-      const camera = does.camera();
+      const camera = actions.camera();
       if (!camera) return;
       event.preventDefault();
       const lines = event.deltaMode === 1 ? 16 : 1;
       camera.dolly(Math.exp((event.deltaY * lines) / 600));
-      does.moved();
+      actions.moved();
     },
     { passive: false },
   );
 
-  // Keys that are held fly; arrows turn.
+  // Fly while a key is held; orbit by arrows.
   const held = new Set();
   let last = 0;
   function fly(now) {
     if (!held.size) return;
-    const camera = does.camera();
+    const camera = actions.camera();
     const seconds = Math.min(0.1, (now - last) / 1000);
     last = now;
     if (camera) {
@@ -85,7 +86,7 @@ function steer(screen, does) {
         const [turn, rise] = ARROWS[code] || [0, 0];
         camera.orbit(turn * seconds * 1.5, -rise * seconds * 1.5);
       }
-      does.moved();
+      actions.moved();
     }
     requestAnimationFrame(fly);
   }
@@ -108,7 +109,7 @@ function steer(screen, does) {
   stage.addEventListener('keyup', release);
   stage.addEventListener('blur', () => held.clear());
 
-  // The wipe.
+  // Move the wipe.
   const drag = (event) => {
     if (handle.hasPointerCapture(event.pointerId)) screen.wipeTo(screen.position(event)[0]);
   };

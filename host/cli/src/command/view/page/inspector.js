@@ -1,5 +1,5 @@
-// What light transport did at a pixel, drawn over the image: its camera path, the disc of its collection point, and light paths.
-const CIRCLE = 48; // Corners of a disc that is drawn.
+// Light transport of a pixel, drawn over the image: its camera path, the disc of its collection point, and light paths.
+const CIRCLE = 48; // Number of corners of a disc.
 
 class Inspector {
   constructor(canvas) {
@@ -10,10 +10,6 @@ class Inspector {
   show(found, camera) {
     this.found = found;
     this.draw(camera);
-  }
-
-  get isShown() {
-    return Boolean(this.found);
   }
 
   draw(camera) {
@@ -61,7 +57,7 @@ class Inspector {
     if (found.point) line(Inspector.disc(found.point), '#7dff6a', 1.5);
   }
 
-  // Positions round a collection point's disc.
+  // Positions on the circle of a collection point's disc.
   static disc({ position, normal, radius }) {
     const side = unit(cross(normal, Math.abs(normal[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0]));
     const other = cross(normal, side);
@@ -71,20 +67,20 @@ class Inspector {
     });
   }
 
-  // What there is to say of it, in lines of name and value.
+  // Description, as pairs of name and value.
   lines() {
     const { camera_path: path, point, photons } = this.found;
     const vertices = path.vertices.map((vertex, i) => [
       `${i + 1}. ${vertex.material || 'no material'}`,
       [vertex.event, ...vertex.lobes].join(', '),
     ]);
-    const of_point = point ? [['radius of the disc', `${number(point.radius)} m`]] : [['collection point', 'none']];
-    const of_photons = photons
+    const ofPoint = point ? [['radius of the collection point', `${number(point.radius)} m`]] : [['collection point', 'none']];
+    const ofPhotons = photons
       ? [
-          ['photons', photons.skipped ? `${photons.count}, ${photons.skipped} paths not replayed` : String(photons.count)],
-          ['their radiance', photons.radiance.map((value) => number(value)).join(' ')],
+          ['photons', photons.skipped ? `${photons.count}, ${photons.skipped} light paths not replayed` : String(photons.count)],
+          ['radiance from photons', photons.radiance.map((value) => number(value)).join(' ')],
         ]
       : [];
-    return [...vertices, ...of_point, ...of_photons];
+    return [...vertices, ...ofPoint, ...ofPhotons];
   }
 }

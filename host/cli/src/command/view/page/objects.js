@@ -1,8 +1,8 @@
-// An object that is moved: a node of the file, by its own translation and rotation.
+// Applies a linear map, given by its columns, to a vector.
 const apply = (columns, v) => [0, 1, 2].map((row) => columns[0][row] * v[0] + columns[1][row] * v[1] + columns[2][row] * v[2]);
 
-// The rotation by an angle (rad) round an axis of unit length, and then by another quaternion before it.
-function turned([x, y, z, w], axis, angle) {
+// Multiplies the rotation by an angle (rad) round an axis of unit length with a quaternion.
+function rotated([x, y, z, w], axis, angle) {
   const [s, c] = [Math.sin(angle / 2), Math.cos(angle / 2)];
   const [a, b, d] = axis.map((value) => value * s);
   return [
@@ -13,24 +13,25 @@ function turned([x, y, z, w], axis, angle) {
   ];
 }
 
-class Thing {
-  // What the server says of a node.
+// Object that is moved: a node of the file with its own transform.
+class EditedNode {
+  // Takes the description of a node by the server.
   constructor({ index, name, translation, rotation, scale, position, to_parent }) {
     Object.assign(this, { index, name, translation, rotation, scale, position, toParent: to_parent });
   }
 
-  // Moves it by a way in the world (m).
+  // Moves the object by a vector of the world (m).
   move(by) {
     this.translation = add(this.translation, apply(this.toParent, by));
     this.position = add(this.position, by);
   }
 
-  // Turns it round the vertical (rad).
+  // Turns the object round the vertical (rad).
   turn(angle) {
-    this.rotation = turned(this.rotation, unit(apply(this.toParent, [0, 1, 0])), angle);
+    this.rotation = rotated(this.rotation, unit(apply(this.toParent, [0, 1, 0])), angle);
   }
 
-  // Moves it as it is dragged by shares of the image's height, at its own distance from the eye.
+  // Moves the object by shares of the image's height, at its own depth.
   drag(camera, x, y) {
     const { forward, right, up } = camera.axes();
     const depth = Math.max(1e-6, dot(add(this.position, camera.from, -1), forward));

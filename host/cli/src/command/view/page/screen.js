@@ -1,15 +1,14 @@
-// The images: two canvases, of which the upper one is cut where the wipe is.
+// Images: two canvases; the upper one is clipped at the wipe.
 class Screen {
   constructor(stage) {
     this.stage = stage;
     this.canvases = [...stage.querySelectorAll('canvas.image')];
     this.contexts = this.canvases.map((canvas) => canvas.getContext('2d', { alpha: false }));
     this.handle = stage.querySelector('.handle');
-    this.heads = [null, null];
     this.wipeTo(0.5);
   }
 
-  // Shows a packet of the server; its head.
+  // Shows a packet of the server and returns its head.
   async show(packet) {
     const size = new DataView(packet).getUint32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(packet, 4, size)));
@@ -31,7 +30,6 @@ class Screen {
       }
       context.putImageData(data, 0, 0);
     }
-    this.heads[head.side] = head;
     canvas.hidden = false;
     this.stage.classList.toggle('split', !this.canvases[1].hidden);
     return head;
@@ -39,12 +37,7 @@ class Screen {
 
   gone(side) {
     this.canvases[side].hidden = true;
-    this.heads[side] = null;
     this.stage.classList.toggle('split', !this.canvases[1].hidden);
-  }
-
-  get isSplit() {
-    return this.stage.classList.contains('split');
   }
 
   wipeTo(share) {
@@ -53,10 +46,15 @@ class Screen {
     this.handle.setAttribute('aria-valuenow', Math.round(100 * this.at));
   }
 
-  // Shares of width and height of a position of the window.
+  // Position of an event in the image, in shares of its width and height.
   position(event) {
     const box = this.stage.getBoundingClientRect();
     return [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
+  }
+
+  // Sets the aspect of the stage. Frames that move are a little off it, for their sizes are rounded.
+  resize([width, height]) {
+    document.documentElement.style.setProperty('--aspect', width / height);
   }
 
   get aspect() {

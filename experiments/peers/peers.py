@@ -60,7 +60,7 @@ def parse():
     parser.add_argument("--budgets", type=float, nargs="+", default=[1, 5, 10], metavar="SECONDS")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--threads", type=int, default=renderers.cores())
-    parser.add_argument("--reference-frames", type=int, default=2000)
+    parser.add_argument("--reference-frames", type=int, default=3000)
     parser.add_argument("--caustics", default=str(ROOT / "target/release/caustics"), help="our program")
     parser.add_argument("--output", type=Path, required=True, help="folder for images, table and run results")
     options = parser.parse_args()

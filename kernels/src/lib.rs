@@ -56,7 +56,7 @@
 //! | [`texture`], [`surface`], [`light`] | texels, lobes and lights at a hit |
 //! | [`trace`] | the trait of tracers: our own BVH, ray queries |
 //! | [`path`] | the loops of camera paths and light paths |
-//! | [`mod@gather`], [`pass`], [`history`], [`denoiser`], [`method`] | parts of frames, each variant a file and a line |
+//! | [`mod@gather`], [`pass`], [`emission`], [`history`], [`denoiser`], [`method`] | parts of frames, each variant a file and a line |
 //! | [`declare`], [`platform`], [`memory`] | one function on a GPU and on a CPU |
 //! | `shared_entry` | entry points that passes share on a GPU |
 #![cfg_attr(target_arch = "spirv", no_std)]

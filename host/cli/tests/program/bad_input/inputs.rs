@@ -140,7 +140,9 @@ fn a_folder_that_moves_while_a_run_writes_keeps_the_result() {
 #[cfg(unix)]
 fn a_folder_that_is_removed_while_a_run_writes_is_made_anew_for_the_result() {
     let dir = TestDir::new();
-    let render = [&["render", "ring", "-o", "out/a.exr", "--png", "out/a.png"], &TINY[..]].concat();
+    // A run of seconds, so that the folder is gone before the run ends.
+    let options = ["render", "ring", "-o", "out/a.exr", "--png", "out/a.png", "--frames", "512"];
+    let render = [&options, &TINY[..]].concat();
     // Wait for the lock and for a part of each file: removing a folder fails if it gets another file meanwhile.
     run_and(&dir, &render, 3, |out| std::fs::remove_dir_all(out).unwrap());
     let out = dir.path("out");

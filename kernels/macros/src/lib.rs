@@ -12,15 +12,12 @@
 //!     #[len = params.pixel_count() * accumulator::WORDS] accumulator: &[u32],
 //!     mut caustic_radiance: Slots<'_, Vec3>,
 //! ) {
-//!     // Resolve the pixel's collection point.
 //!     let point = &point_geometry[pixel as usize];
 //!     let mut caustic = Vec3::ZERO;
 //!     if point.exists() {
-//!         // Read the gathered flux.
 //!         let (sum, _) = GatheredSum::read(accumulator, pixel, params.quantum);
 //!         caustic = estimate_radiance(point, &point_shading[pixel as usize], sum);
 //!     }
-//!     // Store the radiance.
 //!     caustic_radiance.write(pixel, caustic);
 //! }
 //! ```

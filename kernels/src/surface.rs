@@ -6,7 +6,7 @@
 //!
 //! A lobe is a file, a line of `for_each_lobe` and a bit of `Features`. `albedo` checks each against its closed form.
 
-/// Calls a macro with the lobes that reflect, the dielectric aside. Reflections at facets are chosen and sampled together. Such a
+/// Calls a macro with the lobes that reflect, except the dielectric. Reflections at facets are chosen and sampled together. Such a
 /// lobe has `occurs`, `sampling_weight`, `eval` and `smooth`, and bits of `Features` for where it is rough and where it is
 /// smooth. A diffuse lobe is never specular, and has `occurs`, `sampling_weight`, `eval`, `pdf`, `sample` and `albedo`. The first
 /// diffuse lobe has the bit of all receivers.

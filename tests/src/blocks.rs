@@ -75,6 +75,20 @@ impl Blocks {
         Mean::from_samples(&self.frames.iter().map(|frame| frame[block]).collect::<Vec<_>>())
     }
 
+    /// Mean of each block over the frames.
+    fn means(&self) -> Vec<Mean> {
+        (0..self.frames[0].len()).map(|block| self.block(block)).collect()
+    }
+
+    /// z-score of each block: this minus `reference`, over the standard error of the difference.
+    fn z_scores(&self, reference: &Blocks) -> Vec<f64> {
+        self.means()
+            .iter()
+            .zip(&reference.means())
+            .map(|(image, reference)| image.z_score(reference))
+            .collect()
+    }
+
     /// Mean of all blocks.
     pub fn whole(&self) -> Mean {
         let mean = |frame: &Vec<f64>| frame.iter().sum::<f64>() / frame.len() as f64;
@@ -85,30 +99,23 @@ impl Blocks {
     /// p-values into a folder, which the description names.
     pub fn failure(&self, reference: &Blocks) -> Option<String> {
         let fault = self.scores(reference).fault()?;
-        let means = |blocks: &Blocks| -> Vec<Mean> {
-            (0..self.frames[0].len()).map(|block| blocks.block(block)).collect()
-        };
-        let (image, expected) = (means(self), means(reference));
-        let z_scores: Vec<f64> = image.iter().zip(&expected).map(|(a, b)| z_score(*a, *b)).collect();
-        let values = |means: &[Mean]| means.iter().map(|mean| mean.value).collect::<Vec<_>>();
+        let values = |means: Vec<Mean>| means.into_iter().map(|mean| mean.value).collect::<Vec<_>>();
         let folder = failed_image::write(
             "blocks",
             self.columns.max(1),
-            &values(&image),
-            &values(&expected),
-            &z_scores,
+            &values(self.means()),
+            &values(reference.means()),
+            &self.z_scores(reference),
         );
         Some(format!("{fault}; maps are in {}", folder.display()))
     }
 
     /// Compares block by block: this minus `reference`, over the standard error of the difference.
     pub fn scores(&self, reference: &Blocks) -> Scores {
-        let blocks: Vec<f64> = (0..self.frames[0].len())
-            .map(|block| z_score(self.block(block), reference.block(block)))
-            .collect();
+        let blocks = self.z_scores(reference);
         let (a, b) = (self.whole(), reference.whole());
         Scores {
-            whole: z_score(a, b),
+            whole: a.z_score(&b),
             ratio: a.value / b.value,
             ratio_error: (a.error / a.value).hypot(b.error / b.value) * a.value / b.value,
             mean_square: blocks.iter().map(|z| z * z).sum::<f64>() / blocks.len() as f64,
@@ -146,11 +153,6 @@ impl Scores {
         let ok = self.whole.abs() <= 3.0 && self.mean_square <= 1.0 + spread && self.worst <= largest;
         (!ok).then(|| format!("{self:?}: allowed |z| 3, mean square {:.2}, worst {largest:.2}", 1.0 + spread))
     }
-}
-
-/// Difference of two means in standard errors of that difference.
-fn z_score(a: Mean, b: Mean) -> f64 {
-    if a.value == b.value { 0.0 } else { (a.value - b.value) / a.error.hypot(b.error) }
 }
 
 fn means(image: &[Vec3], width: usize, height: usize) -> Vec<f64> {

@@ -18,10 +18,15 @@ impl Mean {
         Mean { value, error: (variance / n).sqrt() }
     }
 
+    /// Signed difference of two independent means, this minus the other, in standard errors of that difference.
+    pub fn z_score(&self, other: &Mean) -> f64 {
+        let difference = self.value - other.value;
+        if difference == 0.0 { 0.0 } else { difference / self.error.hypot(other.error) }
+    }
+
     /// Difference of two independent means, in standard errors of that difference.
     pub fn sigmas(&self, other: &Mean) -> f64 {
-        let difference = (self.value - other.value).abs();
-        if difference == 0.0 { 0.0 } else { difference / self.error.hypot(other.error) }
+        self.z_score(other).abs()
     }
 
     /// Whether two means agree within this many standard errors; a NaN agrees with nothing.

@@ -12,7 +12,7 @@ use crate::surface::class::Classes;
 use crate::surface::{Bsdf, dielectric, dispersion, ggx, rough_dielectric};
 use spirv_std::glam::Vec3;
 
-/// Declares sums over the lobes that reflect, the dielectric aside.
+/// Declares sums over the lobes that reflect, except the dielectric.
 macro_rules! sums {
     (
         facets { $($facet:ident $rough:ident $smooth:ident;)* }

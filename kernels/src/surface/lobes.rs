@@ -159,7 +159,7 @@ macro_rules! lobes {
                 $(|| (features.has(Features::$bit) && $diffuse::occurs(material)))*
         }
 
-        /// Names of the lobes that a material has, the dielectric aside: those that reflect at facets, and those that are diffuse.
+        /// Names of the lobes that a material has, except the dielectric: those that reflect at facets, and those that are diffuse.
         #[cfg(not(target_arch = "spirv"))]
         pub fn names_of(material: &Material) -> (Vec<&'static str>, Vec<&'static str>) {
             let facets = [$(($facet::occurs(material), stringify!($facet)),)*];

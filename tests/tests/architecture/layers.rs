@@ -1,5 +1,5 @@
 //! Imports point one way: each folder of a crate imports only folders that stand before it. Paths are read from the
-//! sources' tokens, inline ones too, tests aside.
+//! sources' tokens, inline paths included; tests are not read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -402,7 +402,7 @@ fn paths_behind(tokens: &[TokenTree], base: &[String], is_reexport: bool, found:
     found.push(NamedPath { path, is_reexport });
 }
 
-/// Sources of a crate by module, tests aside.
+/// Sources of a crate by module, except tests.
 fn sources(src: &Path) -> BTreeMap<Module, String> {
     let source = |file: PathBuf| {
         let path = file.strip_prefix(src).expect("below").with_extension("");

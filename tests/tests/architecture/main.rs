@@ -20,3 +20,8 @@ use std::path::{Path, PathBuf};
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
+
+/// Path of a file from the root of the repository, with slashes.
+fn name(path: &Path) -> String {
+    path.strip_prefix(root()).expect("a file below the root").to_string_lossy().replace('\\', "/")
+}

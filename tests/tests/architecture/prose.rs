@@ -1,11 +1,11 @@
 //! Prose of comments and documents: no doc comment has an opening that leaves out the noun, and no sentence is too long.
 //! CONTRIBUTING, "Style", has the rules.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use crate::ci::documents;
 use crate::layers::all_files;
-use crate::root;
+use crate::{name, root};
 
 /// Words that no doc comment begins with: they leave out the noun.
 const BANNED_OPENINGS: [&str; 12] = [
@@ -127,32 +127,31 @@ fn faults(paragraphs: &[Paragraph], max_words: usize) -> Vec<String> {
     found
 }
 
-/// Path below the root, with slashes.
-fn name(path: &Path) -> String {
-    path.strip_prefix(root()).unwrap_or(path).to_string_lossy().replace('\\', "/")
+/// Describes the faults of the prose of some files.
+fn faults_of_files(files: &[PathBuf], read: fn(&str) -> Vec<Paragraph>, max_words: usize) -> Vec<String> {
+    let mut found = Vec::new();
+    for file in files {
+        let text = std::fs::read_to_string(file).expect("a text");
+        let faults = faults(&read(&text), max_words);
+        found.extend(faults.into_iter().map(|fault| format!("{}: {fault}", name(file))));
+    }
+    found
 }
 
 #[test]
 fn comments_have_no_banned_opening_and_no_sentence_above_25_words() {
-    let mut found = Vec::new();
-    for folder in ["kernels", "host", "scenes", "tests", "fuzz"] {
-        for file in all_files(&root().join(folder)).iter().filter(|file| !name(file).contains("/target/")) {
-            let source = std::fs::read_to_string(file).expect("a source");
-            let faults = faults(&comments(&source), MAX_WORDS_OF_CODE);
-            found.extend(faults.into_iter().map(|fault| format!("{}: {fault}", name(file))));
-        }
-    }
+    let folders = ["kernels", "host", "scenes", "tests", "fuzz"];
+    let mut files: Vec<_> = folders.iter().flat_map(|folder| all_files(&root().join(folder))).collect();
+    files.retain(|file| !name(file).contains("/target/"));
+    let found = faults_of_files(&files, comments, MAX_WORDS_OF_CODE);
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
 #[test]
 fn documents_have_no_sentence_above_35_words() {
-    let mut found = Vec::new();
-    for file in documents().iter().filter(|file| !GENERATED.contains(&name(file).as_str())) {
-        let text = std::fs::read_to_string(file).expect("a document");
-        let faults = faults(&document_paragraphs(&text), MAX_WORDS_OF_DOCUMENTS);
-        found.extend(faults.into_iter().map(|fault| format!("{}: {fault}", name(file))));
-    }
+    let mut files = documents();
+    files.retain(|file| !GENERATED.contains(&name(file).as_str()));
+    let found = faults_of_files(&files, document_paragraphs, MAX_WORDS_OF_DOCUMENTS);
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 

@@ -8,7 +8,7 @@ const CALLS: [&str; 4] = ["fs::read(", "fs::read_to_string(", "File::open(", "Op
 /// The module itself, two files that read the system's own paths, locks and outputs, and tests of pages.
 const ALLOWED: [&str; 5] = ["commands_page", "file.rs", "machine.rs", "memory.rs", "output/folder.rs"];
 
-/// The first of the calls in a source, tests and comments aside.
+/// The first of the calls in a source, except tests and comments.
 fn call(source: &str) -> Option<&'static str> {
     let code = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     let lines = || code.lines().filter(|line| !line.trim_start().starts_with("//"));

@@ -26,7 +26,7 @@ fn packages(manifest: &Path) -> Vec<Value> {
 /// Names of crates in a package's code.
 #[derive(Default)]
 struct Named {
-    /// Code of libraries and programs, tests aside.
+    /// Code of libraries and programs, except tests.
     program: BTreeSet<String>,
     tests: BTreeSet<String>,
     build: BTreeSet<String>,

@@ -8,7 +8,7 @@ use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 
 use crate::ci::documents;
 use crate::layers::all_files;
-use crate::root;
+use crate::{name, root};
 
 /// A banned word.
 struct Banned {
@@ -287,22 +287,17 @@ fn faults(banned: &[Banned], path: &str, names: &BTreeSet<String>, prose: &[Stri
     faults
 }
 
-/// A path from the root of the repository.
-fn name(root: &Path, path: &Path) -> String {
-    path.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/")
-}
-
 #[test]
 fn names_and_prose_hold_no_word_that_the_glossary_replaces() {
     let root = root();
     let mut found = Vec::new();
     for file in CODE.iter().flat_map(|folder| all_files(&root.join(folder))) {
         let text = Text::new(&std::fs::read_to_string(&file).expect("a source"));
-        found.extend(faults(BANNED, &name(&root, &file), &text.names, &text.prose));
+        found.extend(faults(BANNED, &name(&file), &text.names, &text.prose));
     }
     for page in documents() {
         let text = std::fs::read_to_string(&page).expect("a document");
-        found.extend(faults(BANNED, &name(&root, &page), &BTreeSet::new(), &[text]));
+        found.extend(faults(BANNED, &name(&page), &BTreeSet::new(), &[text]));
     }
     assert!(found.is_empty(), "see docs/glossary.md\n{}", found.join("\n"));
 }

@@ -11,7 +11,7 @@ use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::choice::{
-    Caustics, Fireflies, LightSampler, PathHistory, PixelFilter, Sampler, TextureFilter,
+    Caustics, Fireflies, LightSampler, PathHistory, PixelFilter, Sampler, TextureFilter, ThinWalls,
 };
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::sequence::Sequence;
@@ -90,6 +90,10 @@ pub struct RenderConfig {
     /// Light that belongs to the light paths.
     #[serde(with = "by_name")]
     pub caustics: Caustics,
+    /// Treatment of thin walls. Passing is an event, as published, where caustics are published ones, too
+    /// ([`RenderConfig::passes_thin_walls`]).
+    #[serde(with = "by_name")]
+    pub thin_walls: ThinWalls,
     /// Choice of lights for next-event estimation.
     #[serde(with = "by_name")]
     pub light_sampler: LightSampler,
@@ -132,6 +136,7 @@ impl Default for RenderConfig {
             denoiser: &denoiser::NONE,
             emission: &emission::POWER,
             caustics: Caustics::First,
+            thin_walls: ThinWalls::Passed,
             light_sampler: LightSampler::Resampled,
             sampler: Sampler::Independent,
             batches: 1,
@@ -170,6 +175,7 @@ impl RenderConfig {
             denoiser: _,
             emission: _,
             caustics: _,
+            thin_walls: _,
             light_sampler: _,
             sampler: _,
             path_history: _,
@@ -206,6 +212,7 @@ impl RenderConfig {
             texture_filter,
             background,
             caustics,
+            thin_walls: _,
             method: _,
             gather: _,
             features: _,
@@ -222,9 +229,12 @@ impl RenderConfig {
             fireflies: _,
             auxiliary: _,
         } = *self;
+        // Passed walls are no bounces.
+        let has_walls = scene.features(specular_roughness).has(Features::THIN_WALLS);
+        let walls = if has_walls && !self.passes_thin_walls() { " thin walls event" } else { "" };
         format!(
             "{width}x{height} paths {} {caustics:?} bounces {max_bounces} radius {} specular {specular_roughness} filter {} \
-             textures {texture_filter:?} background {:?}",
+             textures {texture_filter:?} background {:?}{walls}",
             light_paths.count(width, height),
             radius.px(),
             pixel_filter as u32,
@@ -258,6 +268,14 @@ impl RenderConfig {
     #[must_use]
     pub fn with_defaults_of_method(self) -> RenderConfig {
         RenderConfig { texture_filter: self.texture_filter.or(Some(self.method.texture_filter)), ..self }
+    }
+
+    /// Whether light passes thin walls without a scattering event. Published methods, and light paths that carry light of any
+    /// specular event, count passing as an event.
+    pub fn passes_thin_walls(&self) -> bool {
+        self.thin_walls == ThinWalls::Passed
+            && self.caustics == Caustics::First
+            && self.method.passes_thin_walls
     }
 
     /// Returns the features to compile into the kernels for a scene in its pose.
@@ -364,6 +382,7 @@ mod tests {
             ("pixel_filter", json!("box")),
             ("exposure", json!(1.0)),
             ("caustics", json!("any")),
+            ("thin_walls", json!("event")),
             ("light_sampler", json!("uniform")),
             ("sampler", json!("blue")),
             ("batches", json!(4)),

@@ -7,6 +7,7 @@
 //! | camera path, its loop | [`camera_path::trace_camera_path`] |
 //! | light path, its loop | [`light_path::trace_light_path`] |
 //! | absorption, surfaces that a medium covers | [`trace_through_media`] |
+//! | thin walls that light passes | [`thin_wall`](crate::surface::thin_wall) |
 //! | emitted light that a camera path meets, by MIS | [`emission::surface_emission`], [`emission::environment_radiance`] |
 //! | light sampling (NEE) by MIS, shadow rays | [`direct_light::choose_light_samples`], [`direct_light::trace_shadow_rays`] |
 //! | end of the prefix, collection point | [`prefix::collection_point`] |
@@ -36,6 +37,8 @@ use crate::interface::scene::SceneTables;
 use crate::math::rng::Rng;
 use crate::platform::Atomics;
 use crate::surface::media::MediaStack;
+use crate::surface::thin_wall::{MAX_PASSED, is_passed};
+use crate::surface::vertex::Vertex;
 use crate::trace::Tracer;
 use crate::trace::initial_media::initial_media_stack;
 use crate::trace::through_media::{TracedSegment, trace_through_media};
@@ -76,6 +79,13 @@ impl PathContext<'_> {
             ray.key = rng.ray_key(0);
         }
         trace_through_media(ray, media, self.features, self.scene, tracer)
+    }
+
+    /// Whether a path that has passed this number of walls can pass another at a vertex, without a scattering event.
+    #[inline(always)]
+    fn can_pass(self, vertex: &Vertex, passed: u32) -> bool {
+        let material = &self.scene.materials[vertex.material as usize];
+        is_passed(material, self.params, self.features) && passed < MAX_PASSED
     }
 }
 

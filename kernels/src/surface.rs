@@ -50,6 +50,7 @@ pub mod normal_map;
 pub mod rough_dielectric;
 pub mod scatter;
 pub mod textured;
+pub mod thin_wall;
 pub mod turn;
 pub mod vertex;
 

@@ -137,7 +137,7 @@ mod tests {
         let scene = scene();
         // All but textures, which have a scene of their own, and the ledger, which a setting requests.
         let all = Features((Features::ROUGH_DIELECTRIC.0 << 1) - 1);
-        assert_eq!(scene.features(0.25), all | Features::DISPERSION);
+        assert_eq!(scene.features(0.25), all | Features::DISPERSION | Features::THIN_WALLS);
         assert_eq!(scene.dropped_triangles, 0);
     }
 

@@ -10,7 +10,9 @@ use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::history::History;
-use caustics_kernels::interface::choice::{Caustics, Fireflies, LightSampler, PathHistory, Sampler};
+use caustics_kernels::interface::choice::{
+    Caustics, Fireflies, LightSampler, PathHistory, Sampler, ThinWalls,
+};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 
@@ -139,10 +141,11 @@ macro_rules! named {
 }
 
 /// All parameters, in the order of tables.
-pub static PARAMETERS: [&Parameter; 15] = [
+pub static PARAMETERS: [&Parameter; 16] = [
     &METHOD,
     &GATHER,
     &CAUSTICS,
+    &THIN_WALLS,
     &EMISSION,
     &LIGHT_SAMPLER,
     &SAMPLER,
@@ -187,6 +190,18 @@ pub static CAUSTICS: Parameter = Parameter {
     neutral: "first",
     not_applicable: |run| (!run.config.method.gathers).then_some("shoots no light paths"),
     ..named!(caustics: Caustics)
+};
+
+/// Treatment of thin walls.
+pub static THIN_WALLS: Parameter = Parameter {
+    description: "Thin smooth walls of glass, such as windows",
+    default: "passed",
+    neutral: "passed",
+    not_applicable: |run| {
+        let published = !run.config.method.passes_thin_walls || run.config.caustics == Caustics::Any;
+        published.then_some("counts passing a wall as a specular event")
+    },
+    ..named!(thin_walls: ThinWalls)
 };
 
 /// Emission: how light paths start.

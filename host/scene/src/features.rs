@@ -12,6 +12,7 @@ use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::offset;
 use caustics_kernels::surface;
 use caustics_kernels::surface::media::MediaStack;
+use caustics_kernels::surface::thin_wall::is_thin_wall;
 use caustics_kernels::trace::initial_media::initial_media_stack;
 use glam::Vec3;
 
@@ -115,6 +116,7 @@ fn material_features(material: &Material, specular_roughness: f32) -> Features {
         (material.flags & FLAG_NORMAL_MAP != 0, Features::NORMAL_MAPS),
         (material.flags & FLAG_CUT_OUT != 0, Features::CUT_OUTS),
         (material.flags & FLAG_BLEND != 0, Features::BLENDS),
+        (is_thin_wall(material), Features::THIN_WALLS),
     ];
     let lobes = surface::features_of(material, specular_roughness);
     bits.into_iter().filter(|&(set, _)| set).fold(lobes, |all, (_, need)| all | need)
@@ -142,7 +144,10 @@ mod tests {
             (mirror, Features::MIRROR | Features::CASTERS),
             (rough_metal, Features::METAL | Features::RECEIVERS),
             (glass, Features::DIELECTRIC | Features::ABSORPTION | Features::CASTERS),
-            (Material { flags: FLAG_THIN, ..glass }, Features::DIELECTRIC | Features::CASTERS),
+            (
+                Material { flags: FLAG_THIN, ..glass },
+                Features::DIELECTRIC | Features::CASTERS | Features::THIN_WALLS,
+            ),
             (Material { roughness: 0.2, ..glass }, frosted),
             (Material { roughness: 0.3, ..glass }, frosted | Features::RECEIVERS),
             (
@@ -152,7 +157,7 @@ mod tests {
             // Thin walls do not refract.
             (
                 Material { dispersion: 0.3, flags: FLAG_THIN, ..glass },
-                Features::DIELECTRIC | Features::CASTERS,
+                Features::DIELECTRIC | Features::CASTERS | Features::THIN_WALLS,
             ),
         ];
         for (material, features) in cases {

@@ -1,7 +1,7 @@
 //! Parameters of a frame for the kernels, derived from a configuration and a scene.
 
 use caustics_kernels::interface::caster::Casters;
-use caustics_kernels::interface::choice::TextureFilter;
+use caustics_kernels::interface::choice::{TextureFilter, ThinWalls};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{FrameParams, Window};
 use caustics_kernels::interface::history::validation_paths;
@@ -41,6 +41,7 @@ impl RenderConfig {
         } else {
             Casters::default()
         };
+        let thin_walls = if self.passes_thin_walls() { ThinWalls::Passed } else { ThinWalls::Event };
         let params = FrameParams {
             camera: camera.camera(self.width, self.height),
             previous_camera: camera.camera(self.width, self.height),
@@ -63,6 +64,7 @@ impl RenderConfig {
             moved: 1,
             casters,
             sequence: self.sequence(frame),
+            thin_walls: thin_walls as u32,
             ..FrameParams::default()
         };
         // With an adaptive number of light paths, the number of validation paths stays fixed.

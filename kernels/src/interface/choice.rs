@@ -61,6 +61,15 @@ choice! {
 }
 
 choice! {
+    /// Treatment of thin smooth walls of glass, which refract nothing.
+    ThinWalls
+    /// Light samples and paths pass them: passing is no scattering event.
+    Passed "passed" "light samples pass them, and passing is no bounce: windows, shades and bulbs have little noise"
+    /// Passing is a specular event, as published.
+    Event "event" "a specular event, as published: all light through them is a caustic"
+}
+
+choice! {
     /// Choice of lights at the first vertices of camera paths, up to the collection point.
     LightSampler
     /// All lights where they are few, else the best of several candidates.

@@ -78,6 +78,8 @@ macro_rules! lights_and_others {
             BLENDS "blends";
             /// Some medium refracts colours differently.
             DISPERSION "dispersion";
+            /// Some thin wall lets light samples pass.
+            THIN_WALLS "thin-walls";
         }
     };
 }

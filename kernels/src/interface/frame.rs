@@ -101,6 +101,8 @@ pub struct FrameParams {
     pub casters: Casters,
     /// Positions of the random numbers of camera paths in their sequences.
     pub sequence: Sequence,
+    /// Treatment of thin walls: `ThinWalls`.
+    pub thin_walls: u32,
 }
 
 /// Position of a dispatch in its pass: the push constants of every pass.
@@ -118,7 +120,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 752);
+const _: () = assert!(size_of::<FrameParams>() == 756);
 
 impl Dispatch {
     /// Number of invocations that run.

@@ -22,6 +22,7 @@ pub const BASIC: Method = Method {
     chooses_emission: true,
     converges: false,
     texture_filter: TextureFilter::Cone,
+    passes_thin_walls: true,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },
     steps: |parts, params| steps(parts, params),

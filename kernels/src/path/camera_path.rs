@@ -115,7 +115,9 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
             let mut arrival = path.arrive(&segment, &traced, context, &mut scratch);
             observer.arrive(&segment.ray, &traced.hit, &arrival.vertex, arrival.throughput);
             path.add_emission(&segment, &arrival, traced.hit.distance, context, &mut scratch);
-            if path.depth <= context.params.max_bounces {
+            // Process a thin wall behind the last vertex, too: the path may pass it to a light
+            let can_pass = context.can_pass(&arrival.vertex, path.passed_walls);
+            if path.depth <= context.params.max_bounces || can_pass {
                 // Sample direct light by MIS; its shadow rays are traced below
                 let (scattering, shadow_rays) =
                     path.sample_lights(&mut arrival, context, sample_words, &mut scratch);
@@ -142,7 +144,11 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
                 if path.in_prefix {
                     scatter_prefix(&traced.hit, &arrival.vertex, &scattered, context, &mut scratch);
                 }
-                next = path.leave(&arrival, &scattered, was_prefix, counters);
+                next = if can_pass && scattered.sampled.straight {
+                    path.pass_wall(&segment, &arrival, &scattered, traced.hit.distance)
+                } else {
+                    path.leave(&arrival, &scattered, was_prefix, context, counters)
+                };
 
                 // Trace the shadow rays
                 trace_shadow_rays(shadow_rays, was_prefix, context, tracer, &mut scratch);
@@ -158,7 +164,6 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
         if !next.exists {
             break;
         }
-        path.depth += 1;
     }
     (path.finish(context.features, &scratch, counters), kept)
 }
@@ -179,6 +184,8 @@ pub struct Segment {
     pdf_solid_angle: f32,
     /// Whether the path adds emission that the segment meets; light paths serve it otherwise.
     finds_emission: bool,
+    /// Distance from the vertex that it left, through thin walls, to the start of its ray (m).
+    passed: f32,
 }
 
 impl Segment {
@@ -191,6 +198,7 @@ impl Segment {
         throughput: Vec3::ZERO,
         pdf_solid_angle: 0.0,
         finds_emission: false,
+        passed: 0.0,
     };
 
     /// The first segment.

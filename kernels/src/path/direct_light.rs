@@ -75,11 +75,12 @@ pub fn trace_shadow_rays<T: Tracer>(
     tracer: &mut T,
     scratch: &mut PathScratch<'_>,
 ) {
-    let PathContext { features, scene, .. } = context;
+    let PathContext { params, features, scene } = context;
     let mut index = 0;
     while index < count {
         let shadow_ray = scratch.shadow_ray(index);
-        let transmittance = shadow_transmittance(&shadow_ray.ray, shadow_ray.media, features, scene, tracer);
+        let transmittance =
+            shadow_transmittance(&shadow_ray.ray, shadow_ray.media, params, features, scene, tracer);
         if transmittance.max_element() > 0.0 {
             scratch.add(Sum::Radiance, shadow_ray.radiance * transmittance);
             if features.has(Features::PARTS) && in_prefix {

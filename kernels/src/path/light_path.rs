@@ -74,16 +74,22 @@ pub fn trace_light_path<E: Emit, T: Tracer, S: PhotonSink, C: Atomics>(
             path.ledger.arrive(&scattering, lobes, path.flux);
             break;
         }
-        if path.vertices == params.max_bounces {
+        let can_pass = context.can_pass(&here, path.passed_walls);
+        if path.vertices == params.max_bounces && !can_pass {
             path.cut();
             break;
         }
 
-        // Sample the BSDF
+        // Sample the BSDF; passing a thin wall is no scattering event
         path.ledger.arrive(&scattering, lobes, path.flux);
         let u = path.rng.next4();
         let scattered = scattering.sample(u);
-        path.scatter(&scattering, &scattered);
+        let passes = can_pass && scattered.sampled.straight;
+        path.scatter(&scattering, &scattered, passes);
+        if path.vertices == params.max_bounces && !passes {
+            path.cut();
+            break;
+        }
 
         // Cut a path that can store no caustic photon any more
         if path.is_too_late_for_a_caustic(&scattered, params) {
@@ -103,7 +109,7 @@ pub fn trace_light_path<E: Emit, T: Tracer, S: PhotonSink, C: Atomics>(
         }
 
         // Leave the vertex
-        path.leave(&scattered);
+        path.leave(&scattered, passes);
         sink.scatter(&mut path_state, &scattered, path.flux);
     }
     path.count(index, params, counters);
@@ -120,6 +126,8 @@ pub struct LightPath {
     /// Number of the vertex that the ray finds, from 1. `vertices - 1` scatterings lie before it, and the camera path has at
     /// least one.
     vertices: u32,
+    /// Number of thin walls that the path passed; they are no vertices.
+    passed_walls: u32,
     /// Whether the light that the ray carries is a caustic, made by a specular event before.
     is_caustic: bool,
     ledger: Ledger,
@@ -152,6 +160,7 @@ impl LightPath {
             media,
             flux,
             vertices: if flux.element_sum() > 0.0 { 1 } else { params.max_bounces + 1 },
+            passed_walls: 0,
             is_caustic: false,
             ledger,
             rays: 0,
@@ -262,13 +271,14 @@ impl LightPath {
         }
     }
 
-    /// Multiplies the flux by f cos / pdf, corrected for shading normals. A specular event makes the flux a caustic.
+    /// Multiplies the flux by f cos / pdf, corrected for shading normals. A specular event makes the flux a caustic, unless it
+    /// passes a thin wall.
     #[inline(always)]
-    pub fn scatter(&mut self, scattering: &ScatteringVertex, scattered: &BsdfSample) {
+    pub fn scatter(&mut self, scattering: &ScatteringVertex, scattered: &BsdfSample, passes: bool) {
         let arriving = self.flux;
         self.flux *= scattered.sampled.weight * shading_normal_correction(scattering, scattered);
         self.ledger.leave(scattered, arriving, self.flux);
-        if scattered.sampled.class == Classes::SPECULAR {
+        if scattered.sampled.class == Classes::SPECULAR && !passes {
             self.is_caustic = true;
         }
     }
@@ -290,11 +300,15 @@ impl LightPath {
 
     /// Leaves the vertex.
     #[inline(always)]
-    fn leave(&mut self, scattered: &BsdfSample) {
+    fn leave(&mut self, scattered: &BsdfSample, passes: bool) {
         self.media_overflows += u32::from(scattered.media_overflow);
         self.media = scattered.media;
         self.ray = scattered.ray;
-        self.vertices += 1;
+        if passes {
+            self.passed_walls += 1;
+        } else {
+            self.vertices += 1;
+        }
     }
 
     /// Counts what happened on the path.

@@ -5,10 +5,13 @@
 
 use crate::interface::NONE;
 use crate::interface::features::Features;
+use crate::interface::frame::FrameParams;
 use crate::interface::ray::{Hit, Ray};
 use crate::interface::scene::SceneTables;
 use crate::math::offset;
 use crate::surface::media::MediaStack;
+use crate::surface::textured::material_at;
+use crate::surface::thin_wall::{self, MAX_PASSED, is_passed};
 use crate::surface::vertex::vertex;
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
@@ -83,16 +86,20 @@ pub fn trace_through_media<T: Tracer>(
     traced
 }
 
-/// Transmittance of a shadow ray through `media` up to its end; zero if any face on its way is not covered.
+/// Transmittance of a shadow ray through `media` and thin walls up to its end; zero if any other face on its way is not covered.
 #[inline(always)]
 pub fn shadow_transmittance<T: Tracer>(
     ray: &Ray,
     media: MediaStack,
+    params: &FrameParams,
     features: Features,
     scene: SceneTables<'_>,
     tracer: &mut T,
 ) -> Vec3 {
     // All rays of a scene take one branch, so that a device holds the code of one traversal.
+    if features.has(Features::THIN_WALLS) {
+        return transmittance_through_walls(ray, media, params, features, scene, tracer);
+    }
     if features.has(Features::NESTED) {
         let traced = trace_through_media(ray, media, features, scene, tracer);
         return if traced.hit.is_miss() { traced.transmittance } else { Vec3::ZERO };
@@ -105,4 +112,41 @@ pub fn shadow_transmittance<T: Tracer>(
     } else {
         Vec3::ONE
     }
+}
+
+/// Transmittance of a shadow ray in a scene with thin walls: the product of those of all media and walls on its way.
+#[inline(always)]
+fn transmittance_through_walls<T: Tracer>(
+    ray: &Ray,
+    media: MediaStack,
+    params: &FrameParams,
+    features: Features,
+    scene: SceneTables<'_>,
+    tracer: &mut T,
+) -> Vec3 {
+    let (mut part, mut around, mut transmittance) = (*ray, media, Vec3::ONE);
+    let (mut passed, mut follows) = (0, true);
+    while follows {
+        follows = false;
+        let traced = trace_through_media(&part, around, features, scene, tracer);
+        transmittance *= traced.transmittance;
+        let hit = traced.hit;
+        if !hit.is_miss() {
+            let material = scene.surfaces[hit.triangle as usize].material;
+            if passed < MAX_PASSED && is_passed(&scene.materials[material as usize], params, features) {
+                passed += 1;
+                let here = vertex(scene, features, &part, &hit, 0.0);
+                let wall = material_at(scene, &here, features);
+                let cos = here.to_previous.dot(here.shading_normal).abs();
+                transmittance *= thin_wall::transmittance(&wall, cos);
+                around = traced.media.settled(features, scene.materials);
+                let origin = offset::leave(here.position, here.face_normal, part.direction, here.clearance);
+                part = Ray { origin, length: part.length - hit.distance, ..part };
+                follows = transmittance.max_element() > 0.0;
+            } else {
+                transmittance = Vec3::ZERO;
+            }
+        }
+    }
+    transmittance
 }

@@ -13,3 +13,4 @@ mod path_counts;
 mod samplers;
 mod split;
 mod starving;
+mod thin_walls;

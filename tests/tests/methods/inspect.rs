@@ -7,7 +7,7 @@ use caustics::scene::texture::Role;
 use caustics::session::{Session, SessionError};
 use caustics::{history, method};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
-use caustics_kernels::interface::choice::{Caustics, PixelFilter};
+use caustics_kernels::interface::choice::{Caustics, PixelFilter, ThinWalls};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::interface::texture::MaterialTextures;
@@ -259,6 +259,7 @@ fn inspected_pixel_in_a_mirror_reports_a_light_path_through_a_pane() {
     let config = RenderConfig {
         light_paths: Paths::Count(200_000),
         pixel_filter: PixelFilter::Centre,
+        thin_walls: ThinWalls::Event,
         ..config(&POWER, Caustics::First)
     };
     let mut session = open(&scene, config, &method::BASIC);

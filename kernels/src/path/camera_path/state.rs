@@ -48,6 +48,8 @@ pub struct CameraPath {
     pub in_delta_prefix: bool,
     /// Largest channel of the throughput that left the collection point.
     throughput_from_point: f32,
+    /// Number of thin walls that the path passed; they count in no depth.
+    pub passed_walls: u32,
     /// Number of shadow rays.
     pub shadow_rays: u32,
 }
@@ -64,6 +66,7 @@ impl CameraPath {
             in_prefix: true,
             in_delta_prefix: true,
             throughput_from_point: 0.0,
+            passed_walls: 0,
             shadow_rays: 0,
         }
     }
@@ -145,7 +148,7 @@ impl CameraPath {
             let emission = surface_emission(
                 arrival,
                 segment.from,
-                distance,
+                segment.passed + distance,
                 segment.pdf_solid_angle,
                 candidates,
                 context,
@@ -188,7 +191,9 @@ impl CameraPath {
             choice = next4(&mut self.rng, sequence).x;
         }
         let mut count = 0;
-        if self.suffix.is_lit() && may_have_non_delta_lobe(&arrival.material, context.features) {
+        let scatters =
+            !context.features.has(Features::THIN_WALLS) || self.depth <= context.params.max_bounces;
+        if scatters && self.suffix.is_lit() && may_have_non_delta_lobe(&arrival.material, context.features) {
             count = candidates.sample_count * candidates.candidate_count;
         }
         LightNumbers { candidates, count, u, choice }
@@ -301,25 +306,57 @@ impl CameraPath {
         }
     }
 
-    /// Returns the next segment, if the path goes on.
+    /// Whether the path goes on behind a vertex with this throughput.
+    #[inline(always)]
+    fn goes_on(&self, throughput: Vec3) -> bool {
+        let carried = throughput.element_sum();
+        (self.in_prefix || self.suffix.is_lit()) && is_finite(carried) && carried > 0.0
+    }
+
+    /// Returns the next segment behind a thin wall: that before the wall goes on, without a scattering event.
+    #[inline(always)]
+    pub fn pass_wall(
+        &mut self,
+        segment: &Segment,
+        arrival: &Arrival,
+        scattered: &BsdfSample,
+        distance: f32,
+    ) -> Segment {
+        let exists = self.goes_on(arrival.throughput);
+        self.passed_walls += u32::from(exists);
+        Segment {
+            exists,
+            ray: scattered.ray,
+            media: scattered.media,
+            throughput: arrival.throughput,
+            passed: segment.passed + distance,
+            ..*segment
+        }
+    }
+
+    /// Returns the next segment behind a scattering event, if the path goes on.
     #[inline(always)]
     pub fn leave<C: Atomics>(
         &mut self,
         arrival: &Arrival,
         scattered: &BsdfSample,
         was_prefix: bool,
+        context: PathContext<'_>,
         counters: &mut C,
     ) -> Segment {
         let sampled = &scattered.sampled;
         let mut throughput = arrival.throughput;
-        let carried = throughput.element_sum();
-        let exists = (self.in_prefix || self.suffix.is_lit()) && is_finite(carried) && carried > 0.0;
+        let mut exists = self.goes_on(throughput);
+        if context.features.has(Features::THIN_WALLS) {
+            exists = exists && self.depth <= context.params.max_bounces;
+        }
         if exists && sampled.transmitted {
             // Scale radiance by eta^2, as solid angles shrink in the denser medium [Veach 1997, 5.2].
             throughput *= sampled.eta * sampled.eta;
             count_rare(Counter::MediaOverflow, scattered.media_overflow.into(), counters);
         }
         self.in_delta_prefix = self.in_delta_prefix && sampled.pdf_solid_angle == 0.0;
+        self.depth += u32::from(exists);
         Segment {
             exists,
             ray: scattered.ray,
@@ -329,6 +366,7 @@ impl CameraPath {
             throughput,
             pdf_solid_angle: sampled.pdf_solid_angle,
             finds_emission: self.in_prefix || self.suffix.finds.has(sampled.class),
+            passed: 0.0,
         }
     }
 
@@ -356,7 +394,7 @@ impl CameraPath {
             light = CameraPathLight::default();
             counters.add(Counter::NonFinite as u32, 1);
         }
-        counters.add(Counter::CameraRays as u32, self.depth);
+        counters.add(Counter::CameraRays as u32, self.depth + self.passed_walls);
         counters.add(Counter::ShadowRays as u32, self.shadow_rays);
         light
     }

@@ -122,6 +122,7 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
         emission: _,
         caustics: _,
         light_sampler: _,
+        thin_walls: _,
         sampler: _,
         path_history: _,
         fireflies: _,

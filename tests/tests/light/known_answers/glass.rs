@@ -2,6 +2,7 @@
 
 use caustics::render_config::RenderConfig;
 use caustics::scene::Scene;
+use caustics_kernels::interface::choice::ThinWalls;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::PhotonGeometry;
 use caustics_tests::direct::*;
@@ -12,9 +13,10 @@ use std::f64::consts::PI;
 use super::{above_a_floor, config, near};
 
 /// Share of a beam straight down that reaches the floor by a number of scatterings that `filter` accepts, and its
-/// standard error.
+/// standard error. Thin walls are events, so that photons behind them are stored.
 pub fn transmitted(scene: &Scene, paths: u32, max_bounces: u32, filter: impl Fn(u32) -> bool) -> (f64, f64) {
-    let world = World::new(scene, &RenderConfig { max_bounces, ..config(8, 8, paths) });
+    let thin_walls = ThinWalls::Event;
+    let world = World::new(scene, &RenderConfig { max_bounces, thin_walls, ..config(8, 8, paths) });
     let beam = Beam {
         centre: Vec3::new(0.01, 2.0, 0.02),
         direction: Vec3::NEG_Y,

@@ -270,12 +270,15 @@ impl RenderConfig {
         RenderConfig { texture_filter: self.texture_filter.or(Some(self.method.texture_filter)), ..self }
     }
 
-    /// Whether light passes thin walls without a scattering event. Published methods, and light paths that carry light of any
-    /// specular event, count passing as an event.
+    /// Whether light passes thin walls without a scattering event.
     pub fn passes_thin_walls(&self) -> bool {
-        self.thin_walls == ThinWalls::Passed
-            && self.caustics == Caustics::First
-            && self.method.passes_thin_walls
+        self.thin_walls == ThinWalls::Passed && self.can_pass_thin_walls()
+    }
+
+    /// Whether `thin_walls` applies. Published methods, and light paths that carry light of any specular event, count passing as an
+    /// event.
+    pub fn can_pass_thin_walls(&self) -> bool {
+        self.caustics == Caustics::First && self.method.passes_thin_walls
     }
 
     /// Returns the features to compile into the kernels for a scene in its pose.

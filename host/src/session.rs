@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use bytemuck::cast_slice;
+use caustics_kernels::emission::GUIDED;
 use caustics_kernels::gather::accumulator;
 use caustics_kernels::gather::variant::{self, Variant};
 use caustics_kernels::history::auxiliary::AUXILIARY_LAYERS;
@@ -295,7 +296,9 @@ impl Session {
         let has_history = parts.history.settings.is_some() || parts.stages.has(&PATH_HISTORY);
         let of_history = if has_history { Features::HISTORY } else { Features(0) };
         let of_parts = if parts.reads_parts() { Features::PARTS } else { Features(0) };
-        let features = features | of_history | of_parts;
+        let share_maps = parts.emission == &GUIDED && largest.light_groups.share_maps();
+        let of_lights = if share_maps { Features::LIGHT_PYRAMIDS } else { Features(0) };
+        let features = features | of_history | of_parts | of_lights;
         check(config.tiles.unwrap_or(1))?;
         let open = |count: u32| open(choice, scene, features, &buffers_of(count));
         let (runner, count) = open_in_tiles(&config, open, buffers_of)?;

@@ -79,7 +79,7 @@ impl Emit for Beam {
             flux: Vec3::splat(self.irradiance * self.area() as f32),
             solid_angle: 0.0,
             area: self.area() as f32,
-            texel: 0,
+            start_code: 0,
             score: 0.0,
         }
     }

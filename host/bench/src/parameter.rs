@@ -198,8 +198,7 @@ pub static THIN_WALLS: Parameter = Parameter {
     default: "passed",
     neutral: "passed",
     not_applicable: |run| {
-        let published = !run.config.method.passes_thin_walls || run.config.caustics == Caustics::Any;
-        published.then_some("counts passing a wall as a specular event")
+        (!run.config.can_pass_thin_walls()).then_some("counts passing a wall as a specular event")
     },
     ..named!(thin_walls: ThinWalls)
 };

@@ -101,6 +101,8 @@ pub struct Scene {
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
+    /// Keys ([`Light::key`]) of all lights, whether they shine or not: emitters, punctual lights, environment.
+    pub light_keys: Vec<u32>,
     /// Punctual lights, if nothing moves.
     pub punctual_lights: Vec<PunctualLight>,
     /// Environment light.

@@ -11,6 +11,9 @@ use glam::{DVec3, Vec3};
 use super::{PunctualLight, Scene, SceneError, geometry};
 
 mod emission;
+mod keys;
+
+pub use keys::{key_count, keys};
 
 /// Refuses punctual lights that no kernel can use.
 pub fn check(file: &str, lights: &[PunctualLight]) -> Result<(), SceneError> {
@@ -56,7 +59,7 @@ pub fn emitters(scene: &Scene) -> Vec<Emitter> {
 }
 
 /// Light table with its alias table, and the emitted flux of each channel (W). Emitters of positive power come in the order of
-/// triangles, punctual lights, environment. The scene lies within the hull of `hull` (m).
+/// their keys. The scene lies within the hull of `hull` (m).
 pub fn table(
     scene: &Scene,
     hull: &[DVec3],
@@ -86,8 +89,12 @@ pub fn table(
 
     // Drop emitters without power, and those whose probability underflows in f32.
     let power = |flux: DVec3| flux.element_sum() / 3.0;
-    let all: Vec<_> =
-        of_triangles.chain(of_punctual).chain(environment).filter(|&(_, flux)| power(flux) > 0.0).collect();
+    let all = of_triangles.chain(of_punctual).chain(environment).zip(&scene.light_keys);
+    let mut all: Vec<_> = all
+        .map(|((light, flux), &key)| (Light { key, ..light }, flux))
+        .filter(|&(_, flux)| power(flux) > 0.0)
+        .collect();
+    all.sort_by_key(|(light, _)| light.key);
     let total: f64 = all.iter().map(|&(_, flux)| power(flux)).sum();
     let (mut lights, fluxes): (Vec<_>, Vec<_>) =
         all.into_iter().filter(|&(_, flux)| power(flux) >= 1e-30 * total).unzip();
@@ -150,9 +157,9 @@ mod tests {
     #[test]
     fn dark_lights_are_left_out() {
         let point = |intensity| PunctualLight::point(Vec3::ZERO, intensity);
-        let empty = Scene::default();
+        let empty = Scene { light_keys: vec![0, 1], ..Scene::default() };
         let (lights, flux) = table(&empty, &[], &[point(Vec3::ZERO), point(Vec3::ONE)], None);
-        assert_eq!(lights.len(), 1);
+        assert_eq!((lights.len(), lights[0].key), (1, 1));
         assert!((flux.x - 12.566_371).abs() < 1e-5);
         assert!(table(&empty, &[], &[point(Vec3::ZERO)], None).0.is_empty());
     }

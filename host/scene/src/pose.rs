@@ -58,6 +58,10 @@ impl Scene {
     fn light(&mut self, punctual_lights: &[PunctualLight]) {
         let hull = if self.asks_for_its_hull(punctual_lights) { self.hull() } else { Vec::new() };
         self.environment.enclose(&hull);
+        // Keep the keys while the scene moves.
+        if self.light_keys.len() != light::key_count(self, punctual_lights) {
+            self.light_keys = light::keys(self, punctual_lights);
+        }
         let (lights, flux) = light::table(self, &hull, punctual_lights, self.environment.light());
         for emitter in &self.emitters {
             self.surfaces[emitter.triangle as usize].light = NONE;
@@ -112,8 +116,10 @@ impl Scene {
             }
         }
         let lights = motion.lights.iter();
-        let lights: Vec<_> =
-            lights.filter_map(|light| light.what.placed(&to_world[light.joint], self.origin)).collect();
+        // Keep the place of a light that does not shine now, without intensity.
+        let lights: Vec<_> = lights
+            .map(|light| light.what.placed(&to_world[light.joint], self.origin).unwrap_or_default())
+            .collect();
         light::check(&motion.file, &lights)?;
         let deformed = self.instanced.deform(&nodes);
         for instance in &self.instanced.instances {
@@ -138,7 +144,7 @@ impl Scene {
 #[derive(Default)]
 struct Pose {
     nodes: Nodes,
-    /// Lights that emit at this time.
+    /// Punctual lights; those that do not emit at this time have no intensity.
     lights: Vec<PunctualLight>,
     /// Deformed meshes by their index, with their vertices.
     deformed: Vec<(usize, Vec<Corner>)>,

@@ -4,6 +4,7 @@ use caustics_kernels::interface::caster::Casters;
 use caustics_kernels::interface::choice::{TextureFilter, ThinWalls};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{FrameParams, Window};
+use caustics_kernels::interface::guide::LightGroups;
 use caustics_kernels::interface::history::validation_paths;
 use caustics_scene::{Scene, SceneCamera};
 use glam::Vec3;
@@ -63,6 +64,7 @@ impl RenderConfig {
             light_sampler: self.light_sampler as u32,
             moved: 1,
             casters,
+            light_groups: LightGroups::new(scene.light_keys.len() as u32, casters.count),
             sequence: self.sequence(frame),
             thin_walls: thin_walls as u32,
             ..FrameParams::default()
@@ -88,7 +90,8 @@ impl RenderConfig {
 
 /// Returns the parameters with another number of light paths from lights of this flux (W).
 pub fn with_light_paths(params: FrameParams, light_paths: u32, flux: Vec3) -> FrameParams {
-    // A batch never overflows the photon buffers: a path deposits a photon at most at every hit but the first.
+    // A path deposits a photon at most at every hit but the first. Only a path that passes partly diffuse thin walls may deposit more:
+    // photons without room are counted as dropped.
     let photons_per_path = params.max_bounces.saturating_sub(1).max(1);
     let batch = light_paths.min((MAX_BUFFER / PHOTON_BYTES / photons_per_path).max(1));
 

@@ -2,7 +2,8 @@
 //!
 //! Shooting counts the starts of every texel, gathering adds up their scores (`gather::score`). Before the next frame shoots,
 //! both are added to the sums of earlier frames. Sums over nodes of each map give texels with few starts the mean of their
-//! surroundings. Paths are sampled by the roots of the means.
+//! surroundings. Paths are sampled by the roots of the means. Where several lights share a map, the leaves of its light pyramid learn
+//! as its texels do.
 //!
 //! In a frame before which something moved, the sums of earlier frames count half. An eighth of the frame's paths, the *pilot*,
 //! is added to the sums before the other paths are sampled. All sums are fixed before the paths that use them are sampled. Frames
@@ -15,14 +16,14 @@ use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{Emission, FrameStage, Step};
 use crate::gather::score::{INVERSE_QUANTUM, WORDS};
+use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::guide::{GuideMap, GuideSum};
 use crate::interface::light::Light;
 use crate::interface::seen::PixelSum;
 use crate::light::density_map::Node;
-use crate::light::guided::{
-    Group, Guided, GuidingPyramid, group_count, map_count, maps_of_group, max_map_count,
-};
+use crate::light::guided::{Guided, GuidingPyramid, map_count, maps_of_group, max_map_count};
+use crate::light::light_pyramid::{GuidedStart, LightNode, LightPyramid, LightRange};
 use crate::math::is_finite;
 use crate::math::quanta::Quanta;
 use crate::pass::weigh::kept;
@@ -43,8 +44,8 @@ pub const GUIDED: Emission = Emission {
     description: "lights, and directions in the casters' cones, by their contribution to earlier frames",
     cost: "up to 16 cones a path, an addition per pair of photon and point, and passes over at most a million texels",
     limitations: "a frame depends on earlier frames; light that moves by more than about a texel a frame is found only by the first eighth \
-            of a frame's paths; casters outside of the cones share a coarse map; after a light is switched, the lights behind it \
-            in the table use each other's maps",
+            of a frame's paths; casters outside of the cones share a coarse map; of more than 32 lights, neighbours share their maps \
+            of directions",
     uses_casters: true,
     shoot: &SHOOT,
     starts,
@@ -65,9 +66,18 @@ pub const GUIDED: Emission = Emission {
 #[cfg(not(target_arch = "spirv"))]
 fn learn(params: &FrameParams, time: u32) -> Vec<Step> {
     let nodes = |level| GuidingPyramid::count(level, map_count(params));
-    let mut steps = vec![Step::level(&GUIDE_LEARN, time, nodes(0))];
+    let layout = LightPyramid::new(params);
+    let share_maps = params.light_groups.share_maps();
+    let leaves = |level| if share_maps { layout.count(level, map_count(params)) } else { 0 };
+    let mut steps = vec![Step::level(&GUIDE_LEARN, time, nodes(0) + leaves(0))];
+    if share_maps {
+        steps.extend((1..=layout.top).map(|level| Step::level(&GUIDE_SUM_LIGHTS, level, leaves(level))));
+    }
     steps.extend((1..=GuidingPyramid::TOP).map(|level| Step::level(&GUIDE_SUM, level, nodes(level))));
     steps.push(Step::level(&GUIDE_SUM, GuidingPyramid::TOP + 1, 1));
+    if share_maps {
+        steps.extend((0..=layout.top).map(|level| Step::level(&GUIDE_LIGHTS, level, leaves(level))));
+    }
     steps.push(Step::level(&GUIDE_PYRAMID, 0, nodes(0)));
     steps.extend((1..=GuidingPyramid::TOP).map(|level| Step::level(&GUIDE_PYRAMID, level, nodes(level))));
     steps.push(Step::new(&GUIDE_SHARES, params));
@@ -81,18 +91,23 @@ const UNSEEN: f32 = 1.0e-6;
 /// Weight of the mean of the node above, in starts of a texel.
 const SHRINKAGE: f32 = 4.0;
 
-/// Adds scores since the last time to the sums, a texel an invocation. At level 0 the sums fade.
-#[pass(name = "guide.learn", over = GuidingPyramid::count(0, map_count(params)), work = Guide)]
+/// Adds scores since the last time to the sums, a texel or a leaf of the light pyramids an invocation. At level 0 the sums fade.
+#[pass(
+    name = "guide.learn",
+    over = GuidingPyramid::count(0, map_count(params)) + LightPyramid::max_leaves(params),
+    work = Guide
+)]
 pub fn guide_learn(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
+    features: Features,
     image_rows: &[f32],
     pixel_sums: &[PixelSum],
     guide_maps: &[GuideMap],
-    #[len = max_map_count(params) * GuidingPyramid::TEXELS] mut start_counts: AtomicWords<'_>,
-    #[len = max_map_count(params) * GuidingPyramid::TEXELS * WORDS] mut start_scores: AtomicWords<'_>,
-    #[len = max_map_count(params) * GuidingPyramid::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
+    #[len = start_words(params)] mut start_counts: AtomicWords<'_>,
+    #[len = start_words(params) * WORDS] mut start_scores: AtomicWords<'_>,
+    #[len = sums(params)] mut guide_sums: Slots<'_, GuideSum>,
 ) {
     let (mut keep_score, mut keep_starts) = (1.0, 1.0);
     if dispatch.level == 0 {
@@ -106,20 +121,27 @@ pub fn guide_learn(
     if is_second && dispatch.level == 0 {
         (keep_score, keep_starts) = (0.0, 0.0);
     }
-    let map = index / GuidingPyramid::TEXELS;
+    let (mut map, mut word) = (index / GuidingPyramid::TEXELS, index);
+    let mut slot = GuidingPyramid::node(0, index).slot;
+    if LightPyramid::exist(params, features) {
+        let (layout, texels) = (LightPyramid::new(params), GuidingPyramid::count(0, map_count(params)));
+        if index >= texels {
+            let leaf = index - texels;
+            (map, word) = (leaf >> layout.top, GuidedStart { texel: 0, leaf }.leaf_word(params));
+            slot = first_light_sum(params) + layout.node(0, leaf).slot;
+        }
+    }
     let unit = guide_maps[map as usize].unit;
-    let word = index * WORDS;
-    let quanta = Quanta { low: start_scores.get(word), high: start_scores.get(word + 1) };
-    let starts = start_counts.get(index) as f32;
-    start_scores.set(word, 0);
-    start_scores.set(word + 1, 0);
-    start_counts.set(index, 0);
+    let quanta = Quanta { low: start_scores.get(word * WORDS), high: start_scores.get(word * WORDS + 1) };
+    let starts = start_counts.get(word) as f32;
+    start_scores.set(word * WORDS, 0);
+    start_scores.set(word * WORDS + 1, 0);
+    start_counts.set(word, 0);
     let mut score = quanta.to_f32(1.0 / INVERSE_QUANTUM);
     // Bound the score where the map's mean is known, which is then the unit.
     if !is_second && guide_sums.read(GuidingPyramid::node(GuidingPyramid::TOP, map).slot).score > 0.0 {
         score = score.min(MAX_SCORE * starts);
     }
-    let slot = GuidingPyramid::node(0, index).slot;
     let before = guide_sums.read(slot);
     let sum = GuideSum {
         score: before.score * keep_score + score * unit,
@@ -129,13 +151,93 @@ pub fn guide_learn(
     guide_sums.write(slot, if is_finite(sum.score) { sum } else { GuideSum::default() });
 }
 
+/// Number of texels and leaves of all maps.
+#[inline(always)]
+fn start_words(params: &FrameParams) -> u32 {
+    max_map_count(params) * GuidingPyramid::TEXELS + LightPyramid::max_leaves(params)
+}
+
+/// Number of sums: of the pyramids, of all maps together, and of the light pyramids.
+#[inline(always)]
+fn sums(params: &FrameParams) -> u32 {
+    first_light_sum(params) + LightPyramid::max_nodes(params)
+}
+
+/// Index of the first sum of the light pyramids.
+#[inline(always)]
+fn first_light_sum(params: &FrameParams) -> u32 {
+    max_map_count(params) * GuidingPyramid::NODES + 1
+}
+
+/// Sums the children of each node of a level of the light pyramids.
+#[pass(name = "guide.sum-lights", over = LightPyramid::max_leaves(params), work = Guide)]
+pub fn guide_sum_lights(
+    index: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    #[len = sums(params)] mut guide_sums: Slots<'_, GuideSum>,
+) {
+    let LightNode { slot, below } = LightPyramid::new(params).node(dispatch.level, index);
+    let first = first_light_sum(params);
+    let sum = plus(guide_sums.read(first + below[0]), guide_sums.read(first + below[1]));
+    guide_sums.write(first + slot, sum);
+}
+
+/// Computes the values that leaves of the light pyramids are sampled by. A leaf has its share of the group's power times the root of
+/// its mean score, shrunk to the means of the nodes above it. Other nodes have the sum of their children.
+#[pass(name = "guide.lights", over = LightPyramid::max_leaves(params), work = Guide)]
+pub fn guide_lights(
+    index: u32,
+    params: &FrameParams,
+    dispatch: Dispatch,
+    lights: &[Light],
+    guide_sums: &[GuideSum],
+    #[len = pyramid_values(params)] mut guide_pyramid: Slots<'_, f32>,
+) {
+    let layout = LightPyramid::new(params);
+    let LightNode { slot, below } = layout.node(dispatch.level, index);
+    let offset = LightPyramid::offset(params);
+    if dispatch.level > 0 {
+        let sum = guide_pyramid.read(offset + below[0]) + guide_pyramid.read(offset + below[1]);
+        guide_pyramid.write(offset + slot, sum);
+        return;
+    }
+    let all = guide_sums[(max_map_count(params) * GuidingPyramid::NODES) as usize];
+    let mut mean = all.score / all.starts.max(1.0);
+    let map = index >> layout.top;
+    let leaf = index - (map << layout.top);
+    let mut above = layout.top + 1;
+    while above > 0 {
+        above -= 1;
+        let node = first_light_sum(params) + map * layout.nodes() + layout.first(above) + (leaf >> above);
+        mean = shrunk(guide_sums[node as usize], mean);
+    }
+    let group = map / maps_of_group(params);
+    let power = LightRange::leaf(lights, params, (group << layout.top) + leaf).power;
+    let group_power = LightRange::group(lights, params, group).power;
+    let share = if group_power > 0.0 { power / group_power } else { 0.0 };
+    guide_pyramid.write(offset + slot, share * mean.sqrt());
+}
+
+/// Mean score of a node, shrunk to that of the node above it.
+#[inline(always)]
+fn shrunk(sum: GuideSum, above: f32) -> f32 {
+    (sum.score + SHRINKAGE * above) / (sum.starts + SHRINKAGE)
+}
+
+/// Number of values of the guiding pyramids and of the light pyramids.
+#[inline(always)]
+fn pyramid_values(params: &FrameParams) -> u32 {
+    LightPyramid::offset(params) + LightPyramid::max_nodes(params)
+}
+
 /// Sums the children of each node of a level; above the maps' levels, the sum of all maps.
 #[pass(name = "guide.sum", over = GuidingPyramid::count(1, map_count(params)), work = Guide)]
 pub fn guide_sum(
     index: u32,
     params: &FrameParams,
     dispatch: Dispatch,
-    #[len = max_map_count(params) * GuidingPyramid::NODES + 1] mut guide_sums: Slots<'_, GuideSum>,
+    #[len = sums(params)] mut guide_sums: Slots<'_, GuideSum>,
 ) {
     let mut sum = GuideSum::default();
     if dispatch.level > GuidingPyramid::TOP {
@@ -167,7 +269,7 @@ pub fn guide_pyramid(
     params: &FrameParams,
     dispatch: Dispatch,
     guide_sums: &[GuideSum],
-    #[len = max_map_count(params) * GuidingPyramid::NODES] mut guide_pyramid: Slots<'_, f32>,
+    #[len = pyramid_values(params)] mut guide_pyramid: Slots<'_, f32>,
 ) {
     let Node { slot, below } = GuidingPyramid::node(dispatch.level, index);
     if dispatch.level > 0 {
@@ -189,8 +291,7 @@ pub fn guide_pyramid(
             + GuidingPyramid::first(above)
             + (y >> above) * (GuidingPyramid::SIDE >> above)
             + (x >> above);
-        let sum = guide_sums[node as usize];
-        mean = (sum.score + SHRINKAGE * mean) / (sum.starts + SHRINKAGE);
+        mean = shrunk(guide_sums[node as usize], mean);
     }
     guide_pyramid.write(slot, mean.sqrt());
 }
@@ -206,13 +307,13 @@ pub fn guide_shares(
     guide_pyramid: &[f32],
     #[len = max_map_count(params)] mut guide_maps: Slots<'_, GuideMap>,
 ) {
-    let (groups, maps) = (group_count(params), maps_of_group(params));
+    let (groups, maps) = (params.light_groups.count(), maps_of_group(params));
     // Add up the maps that can be sampled. Lights of no power are never sampled.
     let mut total = 0.0;
     let mut map = 0;
     while map < groups * maps {
-        if Group::new(lights, params, map / maps).power > 0.0 {
-            total += mass(map, guide_sums, guide_pyramid);
+        if LightRange::group(lights, params, map / maps).power > 0.0 {
+            total += mass(map, params, guide_sums, guide_pyramid);
         }
         map += 1;
     }
@@ -220,9 +321,9 @@ pub fn guide_shares(
     let mut below = 0.0;
     map = 0;
     while map < groups * maps {
-        let even = Group::new(lights, params, map / maps).power / maps as f32;
+        let even = LightRange::group(lights, params, map / maps).power / maps as f32;
         let is_known = even > 0.0 && total > 0.0 && is_finite(total);
-        let share = if is_known { mass(map, guide_sums, guide_pyramid) / total } else { even };
+        let share = if is_known { mass(map, params, guide_sums, guide_pyramid) / total } else { even };
         let root = guide_sums[GuidingPyramid::node(GuidingPyramid::TOP, map).slot as usize];
         let sum = GuidingPyramid::total(guide_pyramid, map);
         guide_maps.write(
@@ -246,7 +347,17 @@ pub fn guide_shares(
 
 /// Mean sampling value of a map; 0 where no path started, as in a cone that no position sees.
 #[inline(always)]
-fn mass(map: u32, sums: &[GuideSum], pyramid: &[f32]) -> f32 {
+fn mass(map: u32, params: &FrameParams, sums: &[GuideSum], pyramid: &[f32]) -> f32 {
     let root = sums[GuidingPyramid::node(GuidingPyramid::TOP, map).slot as usize];
-    if root.starts > 0.0 { GuidingPyramid::total(pyramid, map) / GuidingPyramid::TEXELS as f32 } else { 0.0 }
+    let mut mass = 0.0;
+    if root.starts > 0.0 {
+        mass = GuidingPyramid::total(pyramid, map) / GuidingPyramid::TEXELS as f32;
+        // Texels hold the scores of the lights that were sampled so far; the light pyramid knows those of lights as it samples them now.
+        if params.light_groups.share_maps() && root.score > 0.0 {
+            let layout = LightPyramid::new(params);
+            let lights = pyramid[(LightPyramid::offset(params) + layout.node(layout.top, map).slot) as usize];
+            mass *= lights / (root.score / root.starts).sqrt();
+        }
+    }
+    mass
 }

@@ -206,7 +206,8 @@ impl PhotonGather {
     /// Adds its counts to the counters, and its score to the photon's start.
     #[inline(always)]
     pub fn close<C: Atomics>(self, tables: &mut Tables<'_>, counters: &mut C) {
-        score::add(self.score, &self.light, &mut tables.start_scores);
+        let (params, features) = (tables.params, tables.features);
+        score::add(self.score, &self.light, params, features, &mut tables.start_scores);
         self.total.tally(counters);
     }
 }
@@ -294,7 +295,8 @@ impl Visit for PointGather {
                 let shading = tables.point_shading[self.pixel as usize];
                 let weight = tables.pixel_weights[self.pixel as usize];
                 let score = score::score(&light, &self.point, &shading, value, weight);
-                score::add(score, &light, &mut tables.start_scores);
+                let (params, features) = (tables.params, tables.features);
+                score::add(score, &light, params, features, &mut tables.start_scores);
             }
         }
     }

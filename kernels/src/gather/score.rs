@@ -4,7 +4,10 @@
 //! is the start's part of the relative variance of the image. Pairs of photon and pixel are summed in integers, so that their
 //! order does not show.
 
+use crate::interface::features::Features;
+use crate::interface::frame::FrameParams;
 use crate::interface::point::{PhotonLight, PointGeometry, PointShading};
+use crate::light::light_pyramid::{GuidedStart, LightPyramid};
 use crate::math::PI;
 use crate::math::mean;
 use crate::math::quanta::Quanta;
@@ -15,7 +18,7 @@ use spirv_std::glam::Vec3;
 pub const INVERSE_QUANTUM: f32 = 4096.0;
 /// Largest number of quanta of a pair: 2^40.
 const MAX_QUANTA: f32 = 1_099_511_627_776.0;
-/// Number of words of a texel's score.
+/// Number of words of the score of a texel or a leaf.
 pub const WORDS: u32 = 2;
 
 /// Score of a photon that contributed `value` (W/sr, see `contribution`) to a point. `weight` is that of its pixel: 1 / its light
@@ -34,10 +37,20 @@ pub fn score(
     Quanta::from_f32(score.min(MAX_QUANTA / INVERSE_QUANTUM), INVERSE_QUANTUM)
 }
 
-/// Adds a score to the texel of a photon's start.
+/// Adds a score to the texel of a photon's start, and to the leaf of its light.
 #[inline(always)]
-pub fn add<A: Atomics>(score: Quanta, light: &PhotonLight, scores: &mut A) {
+pub fn add<A: Atomics>(
+    score: Quanta,
+    light: &PhotonLight,
+    params: &FrameParams,
+    features: Features,
+    scores: &mut A,
+) {
     if score != Quanta::default() {
-        score.add_to(scores, light.texel * WORDS);
+        let start = GuidedStart::decode(light.start_code, params, features);
+        score.add_to(scores, start.texel * WORDS);
+        if LightPyramid::exist(params, features) {
+            score.add_to(scores, start.leaf_word(params) * WORDS);
+        }
     }
 }

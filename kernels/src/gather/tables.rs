@@ -75,6 +75,6 @@ pub struct Tables<'a> {
     pub pixel_weights: &'a [f32],
     /// Sums by pixel, see `accumulator`.
     pub accumulator: AtomicWords<'a>,
-    /// Scores of starts by texel, see `score`.
+    /// Scores of starts by texel and by leaf of the light pyramids, see `score`.
     pub start_scores: AtomicWords<'a>,
 }

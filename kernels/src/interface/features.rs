@@ -80,6 +80,8 @@ macro_rules! lights_and_others {
             DISPERSION "dispersion";
             /// Some thin wall lets light samples pass.
             THIN_WALLS "thin-walls";
+            /// Emission is guided, and some lights share its maps.
+            LIGHT_PYRAMIDS "light-pyramids";
         }
     };
 }

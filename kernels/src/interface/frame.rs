@@ -3,6 +3,7 @@
 use crate::interface::caster::Casters;
 use crate::interface::choice::{PixelFilter, TextureFilter};
 use crate::interface::counters::PhotonState;
+use crate::interface::guide::LightGroups;
 use crate::interface::history::HistorySettings;
 use crate::interface::sequence::Sequence;
 use bytemuck::{Pod, Zeroable};
@@ -99,6 +100,8 @@ pub struct FrameParams {
     pub moved: u32,
     /// Spheres around casters, for an emission into their cones.
     pub casters: Casters,
+    /// Groups of lights, for guided emission.
+    pub light_groups: LightGroups,
     /// Positions of the random numbers of camera paths in their sequences.
     pub sequence: Sequence,
     /// Treatment of thin walls: `ThinWalls`.
@@ -120,7 +123,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 756);
+const _: () = assert!(size_of::<FrameParams>() == 768);
 
 impl Dispatch {
     /// Number of invocations that run.

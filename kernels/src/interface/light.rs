@@ -43,6 +43,9 @@ pub struct Light {
     pub instance: u32,
     /// Distance to keep when leaving the triangle (m); 0 for others.
     pub clearance: f32,
+    /// Position among all lights of the scene, whether they shine or not. It rises along the table. Where there are many lights,
+    /// neighbours in space have keys close to each other.
+    pub key: u32,
 }
 
 /// Calls a macro with the types of lights: files in `light/`, bits of `Features`, and names. A record whose kind is not that of
@@ -86,4 +89,4 @@ impl Light {
     }
 }
 
-const _: () = assert!(size_of::<Light>() == 88);
+const _: () = assert!(size_of::<Light>() == 92);

@@ -83,11 +83,11 @@ pub struct PhotonGeometry {
 pub struct PhotonLight {
     /// Unit direction back along the light path.
     pub to_light: Vec3,
-    /// Texel of the path's start, if `score` is above 0.
-    pub texel: u32,
+    /// Start of the path as the emission counts it, if `score` is above 0: a texel, or the code of a `GuidedStart`.
+    pub start_code: u32,
     /// Flux per cosine at the face (W).
     pub flux: Vec3,
-    /// Factor from squares of relative light to scores of that texel; 0: the emission does not learn.
+    /// Factor from squares of relative light to scores of that start; 0: the emission does not learn.
     pub score: f32,
 }
 

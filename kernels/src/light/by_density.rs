@@ -59,7 +59,7 @@ impl Emit for ByDensity<'_> {
             flux: emission.flux / sampled.density,
             solid_angle: emission.solid_angle / sampled.density,
             area: emission.area / sampled.density,
-            texel: sampled.texel,
+            start_code: sampled.texel,
             ..emission
         }
     }

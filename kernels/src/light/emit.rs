@@ -15,8 +15,8 @@ pub struct EmissionSample {
     pub solid_angle: f32,
     /// 1 / density of the position across parallel light (m^2); 0 for other light.
     pub area: f32,
-    /// Texel of the map that learns from this start; 0 without a map.
-    pub texel: u32,
+    /// Texel of the map that learns from this start, or the code of a `GuidedStart`; 0 without a map.
+    pub start_code: u32,
     /// See `PhotonLight::score`.
     pub score: f32,
 }
@@ -28,14 +28,14 @@ impl EmissionSample {
         flux: Vec3::ZERO,
         solid_angle: 0.0,
         area: 0.0,
-        texel: 0,
+        start_code: 0,
         score: 0.0,
     };
 
     /// Start of light that is not parallel, without a texel. `solid_angle` is 1 / density of its direction.
     #[inline(always)]
     pub fn new(ray: Ray, flux: Vec3, solid_angle: f32) -> EmissionSample {
-        EmissionSample { ray, flux, solid_angle, area: 0.0, texel: 0, score: 0.0 }
+        EmissionSample { ray, flux, solid_angle, area: 0.0, start_code: 0, score: 0.0 }
     }
 
     /// Start as a mixture samples it, with the density `share` * `density` + `aimed`. `density` is the density that the start was

@@ -133,7 +133,7 @@ pub fn splat_kim2019(
         sum.add_to(&mut accumulator, pixel);
         if light.score > 0.0 {
             let score = score(&light, &point, &shading, value, pixel_weights[pixel as usize]);
-            score::add(score, &light, &mut start_scores);
+            score::add(score, &light, params, features, &mut start_scores);
         }
         sum.tally(counters);
     }

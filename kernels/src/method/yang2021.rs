@@ -311,8 +311,8 @@ impl<A: Atomics, F: Atomics> PhotonSink for Spread<'_, A, F> {
             emission.area * share,
         ));
         self.path_state.set_total(&GatheredSum::default());
-        self.path_state.set_texel(emission.texel);
-        self.feedback.add(emission.texel * FEEDBACK_WORDS + 5, 1);
+        self.path_state.set_texel(emission.start_code);
+        self.feedback.add(emission.start_code * FEEDBACK_WORDS + 5, 1);
     }
 
     #[inline(always)]

@@ -43,7 +43,8 @@ macro_rules! shoot_pass {
                 light: photon_light,
                 state: photon_state,
                 starts: start_counts,
-                capacity: params.photon_capacity,
+                params,
+                features,
             };
             let path = dispatch.first + index;
             $crate::pass::shoot::stored(path, params, features, scene, &$emit, tracer, store, counters);

@@ -265,7 +265,7 @@ impl LightPath {
     fn photon_light(&self, here: &Vertex, emission: &EmissionSample) -> PhotonLight {
         PhotonLight {
             to_light: here.to_previous,
-            texel: emission.texel,
+            start_code: emission.start_code,
             flux: self.flux / cos_arriving(here),
             score: emission.score,
         }

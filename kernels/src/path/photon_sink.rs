@@ -1,9 +1,12 @@
 //! Photon sinks, which receive the photons of light paths.
 
 use crate::interface::counters::{Counter, PhotonState};
+use crate::interface::features::Features;
+use crate::interface::frame::FrameParams;
 use crate::interface::point::{PhotonGeometry, PhotonLight};
 use crate::interface::ray::{Hit, Ray};
 use crate::light::emit::EmissionSample;
+use crate::light::light_pyramid::{GuidedStart, LightPyramid};
 use crate::platform::{AtomicWords, Atomics, Slots};
 use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
@@ -41,10 +44,13 @@ pub struct PhotonStore<'a> {
     pub light: Slots<'a, PhotonLight>,
     /// `photon_state`.
     pub state: AtomicWords<'a>,
-    /// `start_counts`: number of paths that started from each texel; empty unless the emission learns.
+    /// `start_counts`: number of paths that started from each texel, and from each leaf of the light pyramids; empty unless the
+    /// emission learns.
     pub starts: AtomicWords<'a>,
-    /// Number of slots.
-    pub capacity: u32,
+    /// The settings of the frame.
+    pub params: &'a FrameParams,
+    /// Code that is compiled in.
+    pub features: Features,
 }
 
 impl PhotonStore<'_> {
@@ -64,14 +70,18 @@ impl PhotonSink for PhotonStore<'_> {
     #[inline(always)]
     fn start(&mut self, _dropped: &mut u32, emission: &EmissionSample) {
         if emission.score > 0.0 {
-            self.starts.add(emission.texel, 1);
+            let start = GuidedStart::decode(emission.start_code, self.params, self.features);
+            self.starts.add(start.texel, 1);
+            if LightPyramid::exist(self.params, self.features) {
+                self.starts.add(start.leaf_word(self.params), 1);
+            }
         }
     }
 
     #[inline(always)]
     fn store_photon(&mut self, dropped: &mut u32, geometry: PhotonGeometry, light: PhotonLight) {
         let slot = self.state.add(PhotonState::Stored as u32, 1);
-        if slot < self.capacity {
+        if slot < self.params.photon_capacity {
             self.geometry.write(slot, geometry);
             self.light.write(slot, light);
         } else {

@@ -62,7 +62,8 @@ pub fn light(
             light: photon_light,
             state: photon_state,
             starts: start_counts,
-            capacity: params.photon_capacity,
+            params,
+            features,
         },
         compare: Compare::new(path, params, instances, validation_photons, validation_cells),
     };

@@ -97,33 +97,16 @@ pub fn shadow_transmittance<T: Tracer>(
     tracer: &mut T,
 ) -> Vec3 {
     // All rays of a scene take one branch, so that a device holds the code of one traversal.
-    if features.has(Features::THIN_WALLS) {
-        return transmittance_through_walls(ray, media, params, features, scene, tracer);
+    if !features.has(Features::NESTED | Features::THIN_WALLS) {
+        if tracer.occluded(ray) {
+            return Vec3::ZERO;
+        }
+        return if features.has(Features::ABSORPTION) {
+            media.transmittance(scene.materials, ray.length)
+        } else {
+            Vec3::ONE
+        };
     }
-    if features.has(Features::NESTED) {
-        let traced = trace_through_media(ray, media, features, scene, tracer);
-        return if traced.hit.is_miss() { traced.transmittance } else { Vec3::ZERO };
-    }
-    if tracer.occluded(ray) {
-        return Vec3::ZERO;
-    }
-    if features.has(Features::ABSORPTION) {
-        media.transmittance(scene.materials, ray.length)
-    } else {
-        Vec3::ONE
-    }
-}
-
-/// Transmittance of a shadow ray in a scene with thin walls: the product of those of all media and walls on its way.
-#[inline(always)]
-fn transmittance_through_walls<T: Tracer>(
-    ray: &Ray,
-    media: MediaStack,
-    params: &FrameParams,
-    features: Features,
-    scene: SceneTables<'_>,
-    tracer: &mut T,
-) -> Vec3 {
     let (mut part, mut around, mut transmittance) = (*ray, media, Vec3::ONE);
     let (mut passed, mut follows) = (0, true);
     while follows {

@@ -4,13 +4,15 @@ use std::f64::consts::PI;
 
 use caustics::render_config::RenderConfig;
 use caustics_kernels::interface::caster::{Caster, Casters};
-use caustics_kernels::interface::guide::GuideMap;
+use caustics_kernels::interface::features::Features;
+use caustics_kernels::interface::guide::{GuideMap, LightGroups};
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::light::aimed::{Aimed, BY_POWER};
 use caustics_kernels::light::density_map::{Node, from_polar};
 use caustics_kernels::light::emission_cone::EmissionCone;
 use caustics_kernels::light::emit::{EmissionSample, Emit};
 use caustics_kernels::light::guided::{EVENLY, Guided, GuidingPyramid, KNOWN, map_count};
+use caustics_kernels::light::light_pyramid::{LightNode, LightPyramid};
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_tests::chi_square::{Fit, SphereCells};
 use caustics_tests::direct::World;
@@ -46,6 +48,8 @@ fn world(b: Builder, test: impl FnOnce(&World<'_>)) {
     let scene = b.build();
     let mut world = World::new(&scene, &RenderConfig::default());
     world.params.casters = casters();
+    world.params.light_groups = LightGroups::new(world.params.light_count, world.params.casters.count);
+    world.features = world.features | Features::LIGHT_PYRAMIDS;
     test(&world);
 }
 
@@ -85,10 +89,25 @@ struct Maps {
 }
 
 impl Maps {
-    /// Fills texels by their map and index, and shares by their map; both are scaled to what they must sum to.
+    /// Fills texels by their map and index, shares by their map, and leaves of the light pyramids as the texels. All are scaled to
+    /// what they must sum to.
     fn new(world: &World<'_>, texel: impl Fn(u32, u32) -> f32, share: impl Fn(u32) -> f32) -> Maps {
         let count = map_count(&world.params);
-        let mut pyramid = vec![0.0f32; (count * GuidingPyramid::NODES) as usize];
+        let offset = LightPyramid::offset(&world.params);
+        let mut pyramid = vec![0.0f32; (offset + LightPyramid::max_nodes(&world.params)) as usize];
+        if world.params.light_groups.share_maps() {
+            let layout = LightPyramid::new(&world.params);
+            for level in 0..=layout.top {
+                for index in 0..layout.count(level, count) {
+                    let LightNode { slot, below } = layout.node(level, index);
+                    let leaf = index % (1 << layout.top);
+                    pyramid[(offset + slot) as usize] = match level {
+                        0 => texel(index >> layout.top, leaf),
+                        _ => below.map(|child| pyramid[(offset + child) as usize]).iter().sum(),
+                    };
+                }
+            }
+        }
         for level in 0..=GuidingPyramid::TOP {
             for index in 0..GuidingPyramid::count(level, count) {
                 let Node { slot, below } = GuidingPyramid::node(level, index);
@@ -217,7 +236,8 @@ fn guided_directions_follow_the_density_that_divides_their_flux() {
             off += u32::from((f64::from(emission.flux.x) * p / 3.0 - 1.0).abs() > 1e-4);
             inverse.push(f64::from(emission.flux.x) / 3.0);
             assert!(
-                emission.score > 0.0 && emission.texel < map_count(&world.params) * GuidingPyramid::TEXELS
+                emission.score > 0.0
+                    && emission.start_code < map_count(&world.params) * GuidingPyramid::TEXELS
             );
         }
         assert!(off < 100, "{off} starts carry another flux");
@@ -314,7 +334,13 @@ fn aimed_and_guided_emission_carry_the_flux_of_emission_by_power() {
         let at = DVec3::new(f64::from(id % 7) * 0.02, f64::from(id % 5) * 0.02, f64::from(id % 3) * 0.02);
         many.light(at, 10.0f32.powi(id % 4));
     }
-    is_the_same("many", many, directions, CELLS.count());
+    is_the_same("many", many.clone(), directions, CELLS.count());
+    let lights = |emission: &EmissionSample| {
+        let at = |along: f32| (along / 0.02 + 0.5) as usize;
+        let origin = emission.ray.origin;
+        15 * at(origin.x) + 3 * at(origin.y) + at(origin.z)
+    };
+    is_the_same("each of many", many, lights, 7 * 15);
 }
 
 /// Without casters, and where no caster has a cone, aimed emission is emission by power.

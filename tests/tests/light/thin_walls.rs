@@ -1,7 +1,7 @@
 //! Light through thin smooth walls: light samples and paths pass them by their closed form, and no light is lost or counted twice.
 
 use caustics::render_config::{Paths, Radius, RenderConfig};
-use caustics::scene::Scene;
+use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::RunnerChoice;
 use caustics_kernels::emission::{GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
@@ -90,6 +90,56 @@ fn direct_light_through_walls_has_its_closed_form() {
                 let ratio = passed.value / open.value;
                 assert!((ratio / expected - 1.0).abs() < 0.002, "{light}, {name}, {}: {ratio}", method.name);
             }
+        }
+    }
+}
+
+/// Under a sky of one radiance, walls pass the mean of their transmittance over the cosine of incidence.
+#[test]
+fn sky_light_through_walls_has_its_closed_form() {
+    // Reflectance of a face of index 1.5 [Fresnel], and the integral over the cosine by midpoints.
+    let reflectance = |cos: f64| {
+        let inside = (1.0 - (1.0 - cos * cos) / 2.25).sqrt();
+        let (s, p) =
+            ((cos - 1.5 * inside) / (cos + 1.5 * inside), (inside - 1.5 * cos) / (inside + 1.5 * cos));
+        0.5 * (s * s + p * p)
+    };
+    let mean = |walls: i32| {
+        let steps = 10_000;
+        let cosines = (0..steps).map(|step| (f64::from(step) + 0.5) / f64::from(steps));
+        let passed = cosines.map(|cos| {
+            let r = reflectance(cos);
+            2.0 * cos * ((1.0 - r) / (1.0 + r)).powi(walls)
+        });
+        passed.sum::<f64>() / f64::from(steps)
+    };
+    let scene = |walls: &[Material]| {
+        let mut builder = floor();
+        // Fill the image: the sky is seen directly beside a floor.
+        horizontal(&mut builder, lambert(0.5), -0.01, 50.0, false);
+        for (index, wall) in walls.iter().enumerate() {
+            // As good as endless: the floor sees a thousandth of the sky beside them.
+            horizontal(&mut builder, *wall, 1.0 + 0.01 * index as f64, 1000.0, false);
+        }
+        let mut scene = builder.build();
+        scene.set_environment(EnvironmentMap::new(1, 1, vec![Vec3::ONE])).expect("a sky");
+        scene
+    };
+    let tinted = Material { base_color: Vec3::splat(0.5), ..pane(1.5) };
+    let cases: [(&str, &[Material], f64); 3] = [
+        ("one pane", &[pane(1.5)], mean(1)),
+        ("two panes", &[pane(1.5), pane(1.5)], mean(2)),
+        ("a tinted pane", &[tinted], 0.5 * mean(1)),
+    ];
+    for method in [&PATH, &BASIC] {
+        let open = blocks(&scene(&[]), &config(1, 1), method, 128).whole();
+        for (name, walls, expected) in cases {
+            let passed = blocks(&scene(walls), &config(1, 1), method, 128).whole();
+            let ratio = passed.value / open.value;
+            let error = passed.error.hypot(open.error * ratio) / open.value;
+            println!("{name}, {}: {ratio:.5} +- {error:.5}, expected {expected:.5}", method.name);
+            let is_close = (ratio - expected).abs() < 3.0 * error + 0.001;
+            assert!(error < 0.002 && is_close, "{name}, {}", method.name);
         }
     }
 }

@@ -4,6 +4,7 @@
 use caustics_kernels::declare::{Pass, Step};
 use caustics_kernels::gather::variant;
 use caustics_kernels::interface::frame::FrameParams;
+use caustics_kernels::interface::guide::LightGroups;
 use caustics_kernels::method::frame::look_back;
 use caustics_kernels::method::{self, Parts, Stages};
 use caustics_kernels::pass::step::{STEP_EMIT, STEP_HIT, STEP_SAMPLE, STEP_SCATTER};
@@ -87,6 +88,8 @@ pub(crate) fn passes() -> Vec<&'static Pass> {
         light_path_batch: 1,
         photon_capacity: 1,
         light_count: 1,
+        // So many lights that some share their maps.
+        light_groups: LightGroups::new(LightGroups::max_count(0) + 1, 0),
         moved: 1,
         ..FrameParams::default()
     };

@@ -118,7 +118,7 @@ fn resampled_sampling_of_1000_emitters_halves_the_variance_of_sampling_by_power(
     b.camera(DVec3::new(0.0, 0.35, 1.0), DVec3::ZERO, 0.6);
     let scene = b.build();
     let [resampled, power, uniform] = [LightSampler::Resampled, LightSampler::Power, LightSampler::Uniform]
-        .map(|setting| blocks(&scene, setting, 200));
+        .map(|setting| blocks(&scene, setting, 800));
     let variance = |rendered: &Blocks| (0..48).map(|block| rendered.block(block).error.powi(2)).sum::<f64>();
     for rendered in [&resampled, &uniform] {
         let scores = rendered.scores(&power);

@@ -19,6 +19,8 @@ pub mod warp;
 pub use core::f32::consts::PI;
 /// 1 / pi.
 pub const INV_PI: f32 = 1.0 / PI;
+/// The largest number below one.
+pub const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 use spirv_std::glam::Vec3;
 

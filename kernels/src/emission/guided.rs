@@ -123,7 +123,7 @@ pub fn guide_learn(
     }
     let (mut map, mut word) = (index / GuidingPyramid::TEXELS, index);
     let mut slot = GuidingPyramid::node(0, index).slot;
-    if LightPyramid::exist(params, features) {
+    if LightPyramid::is_used(params, features) {
         let (layout, texels) = (LightPyramid::new(params), GuidingPyramid::count(0, map_count(params)));
         if index >= texels {
             let leaf = index - texels;
@@ -205,7 +205,7 @@ pub fn guide_lights(
     let all = guide_sums[(max_map_count(params) * GuidingPyramid::NODES) as usize];
     let mut mean = all.score / all.starts.max(1.0);
     let map = index >> layout.top;
-    let leaf = index - (map << layout.top);
+    let leaf = layout.leaf_within(index);
     let mut above = layout.top + 1;
     while above > 0 {
         above -= 1;

@@ -49,7 +49,7 @@ pub fn add<A: Atomics>(
     if score != Quanta::default() {
         let start = GuidedStart::decode(light.start_code, params, features);
         score.add_to(scores, start.texel * WORDS);
-        if LightPyramid::exist(params, features) {
+        if LightPyramid::is_used(params, features) {
             score.add_to(scores, start.leaf_word(params) * WORDS);
         }
     }

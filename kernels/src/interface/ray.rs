@@ -27,6 +27,30 @@ impl Ray {
     pub fn endless(origin: Vec3, direction: Vec3) -> Self {
         Ray { origin, length: MAX_DISTANCE, direction, key: 0 }
     }
+
+    /// Ray from one point to another one, of key 0.
+    #[inline]
+    pub fn between(origin: Vec3, end: Vec3) -> Self {
+        let along = end - origin;
+        let length = along.length();
+        Ray { origin, length, direction: along / length, key: 0 }
+    }
+
+    /// Rest of this ray behind a surface that it met. `origin` is the hit, moved off the surface by its clearance. The rest ends
+    /// at the end of this ray: beyond it may lie a light.
+    #[inline]
+    pub fn rest_from(&self, origin: Vec3) -> Self {
+        let mut rest = Ray { origin, ..*self };
+        if self.length < MAX_DISTANCE {
+            let end = self.origin + self.direction * self.length;
+            // Nothing is left where the surface lies within its clearance of the end.
+            rest.length = 0.0;
+            if (end - origin).dot(self.direction) > 0.0 {
+                rest = Ray { key: self.key, ..Ray::between(origin, end) };
+            }
+        }
+        rest
+    }
 }
 
 /// Closest hit of a ray; `triangle` is `NONE` for a miss.
@@ -53,5 +77,37 @@ impl Hit {
     #[inline]
     pub fn is_miss(&self) -> bool {
         self.triangle == NONE
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A light lies `gap` behind a wall whose clearance is larger than the light's. The rest of a ray must not reach the light,
+    /// at any angle, and must stop short of it by no more than the ray itself.
+    #[test]
+    fn the_rest_of_a_ray_ends_where_the_ray_ends() {
+        for degrees in [0.0f32, 30.0, 60.0, 85.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            for gap in [1e-4, 0.01, 1.0] {
+                let (wall_clearance, light_clearance) = (1e-4, 1e-5);
+                let end = Vec3::new((2.0 + gap) * sin / cos, 2.0 + gap - light_clearance, 0.5);
+                let ray = Ray { key: 7, ..Ray::between(Vec3::ZERO, end) };
+                let hit = ray.direction * (2.0 / ray.direction.y);
+                let rest = ray.rest_from(hit + Vec3::Y * wall_clearance);
+                let rest_end = rest.origin + rest.direction * rest.length;
+                assert_eq!(rest.key, 7);
+                assert!(rest.length >= 0.0, "{degrees}, {gap}");
+                if gap > wall_clearance {
+                    assert!((rest_end - end).length() < 2e-6 * end.length(), "{degrees}, {gap}: {rest_end}");
+                    assert!((rest.direction.length() - 1.0).abs() < 1e-6);
+                } else {
+                    assert_eq!(rest.length, 0.0, "{degrees}");
+                }
+            }
+        }
+        let sun = Ray::endless(Vec3::ZERO, Vec3::Y);
+        assert_eq!(sun.rest_from(Vec3::X), Ray { origin: Vec3::X, ..sun });
     }
 }

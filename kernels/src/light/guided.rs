@@ -1,12 +1,12 @@
 //! Guided emission: paths start towards casters, as aimed ones do. They start from the lights and in the parts of the cones that
 //! contributed to earlier images.
 //!
-//! Lights of consecutive keys form a group: one light, or several in many-light scenes. A group has a map over the cone of each caster, as its positions see it. Its last map covers
-//! all directions, for casters beside the cones; a caster without a cone from a position leaves its share to that map. A map is
-//! in the coordinates of its cone, so that it holds while light and caster move and has no parallax. Texels are sampled by the
-//! root of the second moment of their starts' contributions, which minimises the variance [Rath et al. 2020, Variance-aware path
-//! guiding]. Maps are sampled by the means of these roots. Where a group has several lights, each of its maps has a light pyramid
-//! (`light::light_pyramid`), which samples one of them in the same way.
+//! Lights of consecutive keys form a group: one light, or several in many-light scenes. A group has a map over the cone of each
+//! caster, as its positions see it. Its last map covers all directions, for casters beside the cones; a caster without a cone from
+//! a position leaves its share to that map. A map is in the coordinates of its cone, so that it holds while light and caster move
+//! and has no parallax. Texels are sampled by the root of the second moment of their starts' contributions, which minimises the
+//! variance [Rath et al. 2020, Variance-aware path guiding]. Maps are sampled by the means of these roots. Where a group has
+//! several lights, each of its maps has a light pyramid (`light::light_pyramid`), which samples one of them in the same way.
 //!
 //! The flux of a path is divided by the density of the whole mixture, of which `BY_POWER` is emission by power. So no map changes
 //! a mean, and no path is heavier than 1 / `BY_POWER` times its weight by power.
@@ -141,12 +141,12 @@ impl Guided<'_> {
         (self.leaf(context) >> LightPyramid::new(self.power.params).top) * maps_of_group(self.power.params)
     }
 
-    /// Sum of a map's light pyramid: 0 where nothing is learnt, or without layout.
+    /// Sum of a map's light pyramid: 0 where nothing is learnt, or no light pyramid is used.
     #[inline(always)]
     fn light_total(&self, map: u32) -> f32 {
         let ByPower { params, features, .. } = self.power;
         let mut total = 0.0;
-        if LightPyramid::exist(params, features) {
+        if LightPyramid::is_used(params, features) {
             let layout = LightPyramid::new(params);
             total = self.pyramid[(LightPyramid::offset(params) + layout.node(layout.top, map).slot) as usize];
         }
@@ -176,8 +176,7 @@ impl Guided<'_> {
         let mut gain = 1.0;
         if total > 0.0 {
             let layout = LightPyramid::new(params);
-            let leaf_of_group = leaf - ((leaf >> layout.top) << layout.top);
-            let slot = LightPyramid::offset(params) + map * layout.nodes() + leaf_of_group;
+            let slot = LightPyramid::offset(params) + map * layout.nodes() + layout.leaf_within(leaf);
             gain = if power > 0.0 { self.pyramid[slot as usize] / (total * power) } else { 0.0 };
         }
         gain
@@ -202,7 +201,7 @@ impl EmissionMixture for Guided<'_> {
             // Sample a cone uniformly (or none), and a light
             let evenly = (numbers.w - BY_POWER) / EVENLY * maps_of_group(params) as f32;
             chosen = if by_power { NONE } else { (evenly as u32).min(params.casters.count) };
-            if LightPyramid::exist(params, features) && !by_power {
+            if LightPyramid::is_used(params, features) && !by_power {
                 light_id = if more.z < UNIFORM_LIGHT {
                     ((u_position.x * params.light_count as f32) as u32).min(params.light_count - 1)
                 } else {
@@ -250,7 +249,7 @@ impl EmissionMixture for Guided<'_> {
         let by_power = context.light.pdf_light_choice;
         let ratio = group.probability(scene.lights, params, context.light_id) / by_power;
         let mut leaf_power = 1.0;
-        if LightPyramid::exist(params, features) {
+        if LightPyramid::is_used(params, features) {
             leaf_power = LightRange::leaf(scene.lights, params, leaf).power / group.power;
         }
         // Sum the density of the direction over all maps of the group, and find the map that is scored. It is the map that the
@@ -286,7 +285,7 @@ impl EmissionMixture for Guided<'_> {
             }
             caster += 1;
         }
-        if LightPyramid::exist(params, features) {
+        if LightPyramid::is_used(params, features) {
             // Lights of the even share are chosen uniformly, or by the maps
             let uniform_light = 1.0 / (params.light_count as f32 * by_power);
             evenly *= UNIFORM_LIGHT * uniform_light + (1.0 - UNIFORM_LIGHT) / KNOWN * all_known * ratio;

@@ -8,9 +8,7 @@ use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::light::Light;
 use crate::light::guided::{GuidingPyramid, maps_of_group, max_map_count};
-
-/// The largest number below one.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+use crate::math::BELOW_ONE;
 
 /// Lights of consecutive keys, which lie one behind the other in the light table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +100,7 @@ impl LightRange {
 /// A node of the light pyramids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightNode {
-    /// Index of the node among the nodes of all layout.
+    /// Index of the node among those of all light pyramids.
     pub slot: u32,
     /// Indices of its two children; meaningless for a leaf.
     pub below: [u32; 2],
@@ -116,9 +114,9 @@ pub struct LightPyramid {
 }
 
 impl LightPyramid {
-    /// Whether there are any: some lights share their maps.
+    /// Whether light pyramids sample lights: some lights share their maps.
     #[inline(always)]
-    pub fn exist(params: &FrameParams, features: Features) -> bool {
+    pub fn is_used(params: &FrameParams, features: Features) -> bool {
         features.has(Features::LIGHT_PYRAMIDS) && params.light_groups.share_maps()
     }
 
@@ -132,6 +130,12 @@ impl LightPyramid {
     #[inline(always)]
     pub fn nodes(&self) -> u32 {
         (2 << self.top) - 1
+    }
+
+    /// Index of a leaf within the light pyramid that holds it, from its index over those of several maps or groups.
+    #[inline(always)]
+    pub fn leaf_within(&self, leaf: u32) -> u32 {
+        leaf - ((leaf >> self.top) << self.top)
     }
 
     /// Number of nodes of a level over `maps` maps.
@@ -230,15 +234,17 @@ impl GuidedStart {
     /// The start with this number.
     #[inline(always)]
     pub fn decode(code: u32, params: &FrameParams, features: Features) -> GuidedStart {
-        if !LightPyramid::exist(params, features) {
+        if !LightPyramid::is_used(params, features) {
             return GuidedStart { texel: code, leaf: 0 };
         }
-        let (maps, top) = (maps_of_group(params), LightPyramid::new(params).top);
+        let (maps, layout) = (maps_of_group(params), LightPyramid::new(params));
         let (node, texel) = (code / GuidingPyramid::TEXELS, code % GuidingPyramid::TEXELS);
         let leaf = node / maps;
-        let map = (leaf >> top) * maps + node % maps;
-        let leaf_of_group = leaf - ((leaf >> top) << top);
-        GuidedStart { texel: map * GuidingPyramid::TEXELS + texel, leaf: (map << top) + leaf_of_group }
+        let map = (leaf >> layout.top) * maps + node % maps;
+        GuidedStart {
+            texel: map * GuidingPyramid::TEXELS + texel,
+            leaf: (map << layout.top) + layout.leaf_within(leaf),
+        }
     }
 }
 

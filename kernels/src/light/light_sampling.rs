@@ -14,7 +14,7 @@ use crate::interface::frame::FrameParams;
 use crate::interface::light::Light;
 use crate::interface::scene::SceneTables;
 use crate::light::{choose, sample_light};
-use crate::math::mean;
+use crate::math::{BELOW_ONE, mean};
 use spirv_std::glam::{Vec3, Vec4};
 
 /// A point on a light as a vertex sees it.
@@ -133,9 +133,6 @@ impl LightCandidates {
         }
     }
 }
-
-/// The largest number below one.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Light that a vertex scatters, by the class of the lobe that does (W m^-2 sr^-1).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -141,7 +141,5 @@ fn shadow_ray(vertex: &Vertex, light_sample: &LightSample) -> Ray {
     if light_sample.endless {
         return Ray::endless(origin, light_sample.to_light);
     }
-    let along = light_sample.target - origin;
-    let length = along.length();
-    Ray { origin, length, direction: along / length, key: 0 }
+    Ray::between(origin, light_sample.target)
 }

@@ -72,7 +72,7 @@ impl PhotonSink for PhotonStore<'_> {
         if emission.score > 0.0 {
             let start = GuidedStart::decode(emission.start_code, self.params, self.features);
             self.starts.add(start.texel, 1);
-            if LightPyramid::exist(self.params, self.features) {
+            if LightPyramid::is_used(self.params, self.features) {
                 self.starts.add(start.leaf_word(self.params), 1);
             }
         }

@@ -72,7 +72,7 @@ pub fn trace_through_media<T: Tracer>(
                     behind = sides.behind;
                     let origin =
                         offset::leave(here.position, here.face_normal, part.direction, here.clearance);
-                    part = Ray { origin, length: part.length - length, ..part };
+                    part = ray.rest_from(origin);
                 }
             }
         }
@@ -124,7 +124,7 @@ pub fn shadow_transmittance<T: Tracer>(
                 transmittance *= thin_wall::transmittance(&wall, cos);
                 around = traced.media.settled(features, scene.materials);
                 let origin = offset::leave(here.position, here.face_normal, part.direction, here.clearance);
-                part = Ray { origin, length: part.length - hit.distance, ..part };
+                part = ray.rest_from(origin);
                 follows = transmittance.max_element() > 0.0;
             } else {
                 transmittance = Vec3::ZERO;

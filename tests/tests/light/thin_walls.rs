@@ -94,24 +94,44 @@ fn direct_light_through_walls_has_its_closed_form() {
     }
 }
 
+/// Transmittance of a pane of index 1.5 at a cosine of incidence [Fresnel].
+fn transmittance(cos: f64) -> f64 {
+    let inside = (1.0 - (1.0 - cos * cos) / 2.25).sqrt();
+    let (s, p) = ((cos - 1.5 * inside) / (cos + 1.5 * inside), (inside - 1.5 * cos) / (inside + 1.5 * cos));
+    let r = 0.5 * (s * s + p * p);
+    (1.0 - r) / (1.0 + r)
+}
+
+/// A wide wall has large coordinates, and so a large clearance. Light from behind it must not be lost where a small emitter lies
+/// closer than the wall's clearance moves a ray.
+#[test]
+fn light_close_behind_a_wide_wall_has_its_closed_form() {
+    for degrees in [0.0f64, 40.0, 70.0] {
+        let scene = |with_wall: bool| {
+            let mut builder = floor();
+            let center = DVec3::new(40.0 * degrees.to_radians().tan(), 40.0, 0.0);
+            let light = builder.material(emitter(1e4));
+            builder.panel(light, center, -0.2 * DVec3::X, -0.2 * DVec3::Z);
+            if with_wall {
+                horizontal(&mut builder, pane(1.5), 39.99, 2000.0, false);
+            }
+            builder.build()
+        };
+        let open = blocks(&scene(false), &config(1, 1), &PATH, 16).whole();
+        let passed = blocks(&scene(true), &config(1, 1), &PATH, 16).whole();
+        let (ratio, expected) = (passed.value / open.value, transmittance(degrees.to_radians().cos()));
+        assert!((ratio / expected - 1.0).abs() < 0.002, "{degrees}: {ratio}, expected {expected}");
+    }
+}
+
 /// Under a sky of one radiance, walls pass the mean of their transmittance over the cosine of incidence.
 #[test]
 fn sky_light_through_walls_has_its_closed_form() {
-    // Reflectance of a face of index 1.5 [Fresnel], and the integral over the cosine by midpoints.
-    let reflectance = |cos: f64| {
-        let inside = (1.0 - (1.0 - cos * cos) / 2.25).sqrt();
-        let (s, p) =
-            ((cos - 1.5 * inside) / (cos + 1.5 * inside), (inside - 1.5 * cos) / (inside + 1.5 * cos));
-        0.5 * (s * s + p * p)
-    };
+    // Integrate over the cosine by midpoints
     let mean = |walls: i32| {
         let steps = 10_000;
         let cosines = (0..steps).map(|step| (f64::from(step) + 0.5) / f64::from(steps));
-        let passed = cosines.map(|cos| {
-            let r = reflectance(cos);
-            2.0 * cos * ((1.0 - r) / (1.0 + r)).powi(walls)
-        });
-        passed.sum::<f64>() / f64::from(steps)
+        cosines.map(|cos| 2.0 * cos * transmittance(cos).powi(walls)).sum::<f64>() / f64::from(steps)
     };
     let scene = |walls: &[Material]| {
         let mut builder = floor();

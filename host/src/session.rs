@@ -11,9 +11,11 @@ use caustics_kernels::history::auxiliary::AUXILIARY_LAYERS;
 use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::interface::auxiliary::Auxiliary as AuxiliaryRecord;
 use caustics_kernels::interface::balance::Balance;
+use caustics_kernels::interface::choice::LightSampler;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{Camera, FrameParams};
 use caustics_kernels::interface::light::Light;
+use caustics_kernels::interface::light_bvh::LightBvhNode;
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::pass::collect::pixel_order;
 use caustics_kernels::pass::display::DISPLAY;
@@ -213,8 +215,14 @@ pub fn open(
     // Reserve room for all lights, since an animation turns lights off and on.
     let mut lights = scene.lights.clone();
     lights.resize(scene.max_light_count(), Light::default());
-    for (_, bytes) in tables.iter_mut().filter(|(name, _)| *name == "lights") {
-        *bytes = cast_slice(&lights);
+    let mut light_bvh = scene.light_bvh.clone();
+    light_bvh.resize(scene.max_light_bvh_nodes(), LightBvhNode::default());
+    for (name, bytes) in &mut tables {
+        match *name {
+            "lights" => *bytes = cast_slice(&lights),
+            "light_bvh" => *bytes = cast_slice(&light_bvh),
+            _ => (),
+        }
     }
     match choice {
         RunnerChoice::Cpu { threads } => Ok(Box::new(CpuRunner::new(*threads, features, buffers, &tables)?)),
@@ -298,7 +306,9 @@ impl Session {
         let of_parts = if parts.reads_parts() { Features::PARTS } else { Features(0) };
         let share_maps = parts.emission == &GUIDED && largest.light_groups.share_maps();
         let of_lights = if share_maps { Features::LIGHT_PYRAMIDS } else { Features(0) };
-        let features = features | of_history | of_parts | of_lights;
+        let samples_by_bvh = config.light_sampler == LightSampler::Bvh && scene.max_light_bvh_nodes() > 0;
+        let of_sampler = if samples_by_bvh { Features::LIGHT_BVH } else { Features(0) };
+        let features = features | of_history | of_parts | of_lights | of_sampler;
         check(config.tiles.unwrap_or(1))?;
         let open = |count: u32| open(choice, scene, features, &buffers_of(count));
         let (runner, count) = open_in_tiles(&config, open, buffers_of)?;

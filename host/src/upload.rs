@@ -3,6 +3,7 @@
 use bytemuck::{NoUninit, cast_slice};
 use caustics_kernels::interface::environment::Environment;
 use caustics_kernels::interface::light::Light;
+use caustics_kernels::interface::light_bvh::LightBvhNode;
 use caustics_kernels::interface::triangle::Triangle;
 
 use crate::runner::{RunError, Runner};
@@ -14,6 +15,7 @@ use caustics_scene::mesh::Mesh;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Upload {
     lights: Vec<Light>,
+    light_bvh: Vec<LightBvhNode>,
     environment: Vec<Environment>,
     instance_transforms: Vec<InstanceTransform>,
     /// Triangles of each deformed mesh.
@@ -28,6 +30,7 @@ impl Upload {
         }
         Upload {
             lights: scene.lights.clone(),
+            light_bvh: scene.light_bvh.clone(),
             environment: scene.environment.records.clone(),
             instance_transforms: scene.instanced.instance_transforms().to_vec(),
             deformed: deformed(scene)
@@ -53,6 +56,9 @@ impl Upload {
             if let Some((first, last)) = emitters.clone().min().zip(emitters.max()) {
                 write_records(runner, "surfaces", &scene.surfaces, first..last + 1)?;
             }
+        }
+        if now.light_bvh != self.light_bvh {
+            runner.write("light_bvh", cast_slice(&scene.light_bvh))?;
         }
         if now.environment != self.environment {
             runner.write("environment", cast_slice(&scene.environment.records))?;

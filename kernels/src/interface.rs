@@ -16,6 +16,7 @@ pub mod history;
 pub mod instance;
 pub mod ledger;
 pub mod light;
+pub mod light_bvh;
 pub mod material;
 #[cfg(not(target_arch = "spirv"))]
 pub mod named;

@@ -8,6 +8,7 @@ pub mod density_map;
 pub mod emission_cone;
 pub mod emit;
 pub mod guided;
+pub mod light_bvh;
 pub mod light_pyramid;
 pub mod light_sampling;
 pub mod mixture;

@@ -6,13 +6,14 @@ use super::Scene;
 
 impl Scene {
     /// The tables, each with the name that kernels bind it by.
-    pub fn buffers(&self) -> [(&'static str, &[u8]); 17] {
+    pub fn buffers(&self) -> [(&'static str, &[u8]); 18] {
         let textures = &self.textures;
         [
             ("triangles", cast_slice(&self.triangles)),
             ("surfaces", cast_slice(&self.surfaces)),
             ("materials", cast_slice(&self.materials)),
             ("lights", cast_slice(&self.lights)),
+            ("light_bvh", cast_slice(&self.light_bvh)),
             ("environment", cast_slice(&self.environment.records)),
             ("environment_texels", cast_slice(&self.environment.texels)),
             ("environment_cdf", cast_slice(&self.environment.cdf)),

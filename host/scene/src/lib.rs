@@ -13,6 +13,7 @@ use caustics_kernels::interface::bvh::{BvhNode, TriangleBlock};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::Instance;
 use caustics_kernels::interface::light::Light;
+use caustics_kernels::interface::light_bvh::LightBvhNode;
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::scene::{SceneTables, TextureTables};
 use caustics_kernels::interface::triangle::{Triangle, TriangleSurface};
@@ -101,6 +102,8 @@ pub struct Scene {
     pub material_names: Vec<String>,
     /// Emitters of positive power with their alias table; empty in a dark scene.
     pub lights: Vec<Light>,
+    /// Nodes of the light BVH over `lights`; none where they are few.
+    pub light_bvh: Vec<LightBvhNode>,
     /// Keys ([`Light::key`]) of all lights, whether they shine or not: emitters, punctual lights, environment.
     pub light_keys: Vec<u32>,
     /// Punctual lights, if nothing moves.
@@ -197,6 +200,11 @@ impl Scene {
         self.motion.as_ref().map_or(0, lights).max(self.lights.len())
     }
 
+    /// Maximum number of nodes of the light BVH at any time.
+    pub fn max_light_bvh_nodes(&self) -> usize {
+        light::bvh::node_count(self.max_light_count())
+    }
+
     /// Time of the last key of animations and edits (s); 0 without any.
     pub fn duration(&self) -> f64 {
         self.recorded.as_ref().map_or(0.0, Recorded::duration).max(self.rig.duration())
@@ -219,13 +227,14 @@ impl Scene {
             texels_2: self.textures.chunk(2),
             texels_3: self.textures.chunk(3),
         };
-        let Scene { triangles, surfaces, instances, materials, lights, environment, .. } = self;
+        let Scene { triangles, surfaces, instances, materials, lights, light_bvh, environment, .. } = self;
         SceneTables {
             triangles,
             surfaces,
             instances,
             materials,
             lights,
+            light_bvh,
             environment: &environment.records,
             environment_texels: &environment.texels,
             environment_cdf: &environment.cdf,

@@ -10,6 +10,7 @@ use glam::{DVec3, Vec3};
 
 use super::{PunctualLight, Scene, SceneError, geometry};
 
+pub mod bvh;
 mod emission;
 mod keys;
 

@@ -69,6 +69,7 @@ impl Scene {
         for (id, light) in lights.iter().enumerate().filter(|(_, light)| light.triangle != NONE) {
             self.surfaces[light.triangle as usize].light = id as u32;
         }
+        self.light_bvh = light::bvh::nodes(self, &lights, f64::from(flux.element_sum() / 3.0));
         (self.lights, self.flux) = (lights, flux);
     }
 

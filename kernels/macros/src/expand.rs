@@ -7,12 +7,13 @@ use syn::{Ident, LitInt};
 use crate::declaration::{Arguments, Declaration, Parameter, Passes, Role};
 
 /// Tables of `SceneTables` beside those of textures: name and type.
-const SCENE: [(&str, &str); 8] = [
+const SCENE: [(&str, &str); 9] = [
     ("triangles", "triangle::Triangle"),
     ("surfaces", "triangle::TriangleSurface"),
     ("materials", "material::Material"),
     ("instances", "instance::Instance"),
     ("lights", "light::Light"),
+    ("light_bvh", "light_bvh::LightBvhNode"),
     ("environment", "environment::Environment"),
     ("environment_texels", "environment::EnvironmentTexel"),
     ("environment_cdf", "environment::EnvironmentSum"),

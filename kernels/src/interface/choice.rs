@@ -78,6 +78,8 @@ choice! {
     Power "power" "one light, sampled by its power"
     /// One light a vertex, all with equal probability: the baseline for the other settings.
     Uniform "uniform" "one light, all with equal probability"
+    /// All lights where they are few, else the best of several candidates from the light BVH.
+    Bvh "bvh" "as resampled, with candidates that the light BVH samples for the vertex; one such light behind the collection point"
 }
 
 choice! {

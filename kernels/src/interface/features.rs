@@ -82,6 +82,8 @@ macro_rules! lights_and_others {
             THIN_WALLS "thin-walls";
             /// Emission is guided, and some lights share its maps.
             LIGHT_PYRAMIDS "light-pyramids";
+            /// Vertices sample lights by the light BVH.
+            LIGHT_BVH "light-bvh";
         }
     };
 }

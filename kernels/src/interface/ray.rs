@@ -84,8 +84,8 @@ impl Hit {
 mod tests {
     use super::*;
 
-    /// A light lies `gap` behind a wall whose clearance is larger than the light's. The rest of a ray must not reach the light,
-    /// at any angle, and must stop short of it by no more than the ray itself.
+    /// A light lies `gap` behind a wall whose clearance is larger than the light's. At any angle the rest of a ray must end
+    /// where the ray ends.
     #[test]
     fn the_rest_of_a_ray_ends_where_the_ray_ends() {
         for degrees in [0.0f32, 30.0, 60.0, 85.0] {

@@ -3,6 +3,7 @@
 use crate::interface::environment::{Environment, EnvironmentSum, EnvironmentTexel};
 use crate::interface::instance::Instance;
 use crate::interface::light::Light;
+use crate::interface::light_bvh::LightBvhNode;
 use crate::interface::material::Material;
 use crate::interface::texture::{MaterialTextures, Texture, TextureCoordinates};
 use crate::interface::triangle::{Triangle, TriangleSurface};
@@ -20,6 +21,8 @@ pub struct SceneTables<'a> {
     pub materials: &'a [Material],
     /// Lights.
     pub lights: &'a [Light],
+    /// Nodes of the light BVH; none where there are few lights.
+    pub light_bvh: &'a [LightBvhNode],
     /// Environment: one record or none; without one, the next two tables are empty.
     pub environment: &'a [Environment],
     /// Image of the environment, from the top.

@@ -8,11 +8,13 @@
 //! they are chosen or not. A path that finds a light by scattering can therefore compute the same weight without knowing the
 //! candidates.
 
+use crate::interface::NONE;
 use crate::interface::choice::LightSampler;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::light::Light;
 use crate::interface::scene::SceneTables;
+use crate::light::light_bvh::LightBvh;
 use crate::light::{choose, sample_light};
 use crate::math::{BELOW_ONE, mean};
 use spirv_std::glam::{Vec3, Vec4};
@@ -66,16 +68,29 @@ pub struct LightCandidates {
     pub is_all: bool,
     /// Probability of each light to be a given candidate, where it is the same for all; 0 where lights are sampled by power.
     pub probability: f32,
+    /// Share of the candidates that are sampled by power; the light BVH samples the others.
+    pub by_power: f32,
 }
 
 impl LightCandidates {
     /// One light, by power.
-    pub const ONE: LightCandidates =
-        LightCandidates { sample_count: 1, candidate_count: 1, is_all: false, probability: 0.0 };
+    pub const ONE: LightCandidates = LightCandidates {
+        sample_count: 1,
+        candidate_count: 1,
+        is_all: false,
+        probability: 0.0,
+        by_power: 1.0,
+    };
+
+    /// Light sample of a vertex behind the collection point, by the settings.
+    #[inline(always)]
+    pub fn one(params: &FrameParams, features: Features) -> LightCandidates {
+        LightCandidates { by_power: by_power(params, features), ..LightCandidates::ONE }
+    }
 
     /// Light samples of a vertex up to the collection point, by the settings.
     #[inline(always)]
-    pub fn new(params: &FrameParams) -> LightCandidates {
+    pub fn new(params: &FrameParams, features: Features) -> LightCandidates {
         let count = params.light_count;
         if params.light_sampler == LightSampler::Power as u32 || count == 0 {
             LightCandidates::ONE
@@ -84,18 +99,44 @@ impl LightCandidates {
         } else if count <= FEW_LIGHTS {
             LightCandidates { sample_count: count, is_all: true, probability: 1.0, ..LightCandidates::ONE }
         } else {
-            LightCandidates { candidate_count: CANDIDATE_COUNT, ..LightCandidates::ONE }
+            LightCandidates { candidate_count: CANDIDATE_COUNT, ..LightCandidates::one(params, features) }
         }
     }
 
-    /// Expected number of candidates on this light, over the probability of the light by power.
+    /// Expected number of candidates on this light, over the probability of the light by power. `by_bvh` is its probability by
+    /// the light BVH for the vertex.
     #[inline(always)]
-    pub fn gain(&self, light: &Light) -> f32 {
+    fn gain_of(&self, light: &Light, features: Features, by_bvh: f32) -> f32 {
+        let mut gain = self.candidate_count as f32;
         if self.probability > 0.0 {
-            self.probability / light.pdf_light_choice
-        } else {
-            self.candidate_count as f32
+            gain = self.probability / light.pdf_light_choice;
+        } else if self.uses_bvh(features) {
+            gain *= self.by_power + (1.0 - self.by_power) * by_bvh / light.pdf_light_choice;
         }
+        gain
+    }
+
+    /// Expected number of candidates on this light for a vertex, over the probability of the light by power.
+    #[inline(always)]
+    pub fn gain(
+        &self,
+        light_id: u32,
+        scene: SceneTables<'_>,
+        light_count: u32,
+        features: Features,
+        position: Vec3,
+    ) -> f32 {
+        let mut by_bvh = 0.0;
+        if self.uses_bvh(features) {
+            by_bvh = LightBvh { nodes: scene.light_bvh, light_count }.probability(position, light_id);
+        }
+        self.gain_of(&scene.lights[light_id as usize], features, by_bvh)
+    }
+
+    /// Whether the light BVH samples some candidates.
+    #[inline(always)]
+    fn uses_bvh(&self, features: Features) -> bool {
+        features.has(Features::LIGHT_BVH) && self.by_power < 1.0
     }
 
     /// Samples the candidate of this number, by four uniform numbers that all candidates share. Its density is that of all
@@ -115,8 +156,20 @@ impl LightCandidates {
         }
         let mut u = u + SHIFT * number as f32;
         u -= u.floor();
-        let mut light_id = number;
-        if !self.is_all {
+        let (mut light_id, mut by_bvh) = (number, 0.0);
+        if self.uses_bvh(features) {
+            let bvh = LightBvh { nodes: scene.light_bvh, light_count };
+            if u.x < self.by_power {
+                light_id = choose(scene.lights, light_count, u.x / self.by_power, u.y);
+                by_bvh = bvh.probability(position, light_id);
+            } else {
+                let sampled = bvh.sample(position, (u.x - self.by_power) / (1.0 - self.by_power));
+                if sampled.light_id == NONE {
+                    return LightSample::none(position);
+                }
+                (light_id, by_bvh) = (sampled.light_id, sampled.probability);
+            }
+        } else if !self.is_all {
             light_id = if self.probability > 0.0 {
                 ((u.x * light_count as f32) as u32).min(light_count - 1)
             } else {
@@ -124,13 +177,27 @@ impl LightCandidates {
             };
         }
         let light = &scene.lights[light_id as usize];
-        let gain = self.gain(light);
+        let gain = self.gain_of(light, features, by_bvh);
         let light_sample = sample_light(light, scene, features, position, u.z, u.w);
         LightSample {
             radiance_over_pdf: light_sample.radiance_over_pdf * (1.0 / gain),
             pdf_solid_angle: light_sample.pdf_solid_angle * gain,
             ..light_sample
         }
+    }
+}
+
+/// Share of light samples by power. With the light BVH it is small, so that every light keeps some density; lights without a place
+/// are only sampled by power.
+#[inline(always)]
+fn by_power(params: &FrameParams, features: Features) -> f32 {
+    let samples_by_bvh = features.has(Features::LIGHT_BVH) && params.light_count > FEW_LIGHTS;
+    if !samples_by_bvh {
+        1.0
+    } else if features.has(Features::DIRECTIONAL_LIGHTS | Features::ENVIRONMENT) {
+        0.5
+    } else {
+        1.0 / 64.0
     }
 }
 

@@ -32,14 +32,14 @@ pub fn surface_emission(
     candidates: LightCandidates,
     context: PathContext<'_>,
 ) -> Vec3 {
-    let PathContext { features, scene, .. } = context;
+    let PathContext { params, features, scene } = context;
     let here = &arrival.vertex;
     let light = scene.lights[here.light as usize];
     let mut mis_weight = 1.0;
     if pdf_scattered > 0.0 {
         let cos = here.to_previous.dot(here.face_normal);
         let pdf_light_sampling = pdf_solid_angle(&light, scene, features, from, distance * distance, cos)
-            * candidates.gain(&light);
+            * candidates.gain(here.light, scene, params.light_count, features, from);
         mis_weight = balance_heuristic(pdf_scattered, pdf_light_sampling);
     }
     arrival.throughput * arrival.material.emission * mis_weight
@@ -53,18 +53,19 @@ pub fn environment_radiance(
     candidates: LightCandidates,
     context: PathContext<'_>,
 ) -> Vec3 {
-    let PathContext { params, scene, .. } = context;
+    let PathContext { params, features, scene } = context;
     // Take the last light: the environment, if there is one
     let mut light = Light::default();
-    if params.light_count > 0 {
-        light = scene.lights[(params.light_count - 1) as usize];
+    let light_count = params.light_count;
+    if light_count > 0 {
+        light = scene.lights[(light_count - 1) as usize];
     }
     let mut radiance = Vec3::ZERO;
     if light.kind == Features::ENVIRONMENT.0 {
         let mut mis_weight = 1.0;
         if pdf_scattered > 0.0 {
-            let pdf_light_sampling =
-                environment::pdf_solid_angle(&light, scene, ray.direction) * candidates.gain(&light);
+            let gain = candidates.gain(light_count - 1, scene, light_count, features, ray.origin);
+            let pdf_light_sampling = environment::pdf_solid_angle(&light, scene, ray.direction) * gain;
             mis_weight = balance_heuristic(pdf_scattered, pdf_light_sampling);
         }
         radiance = environment::radiance_from(scene, ray.direction) * mis_weight;

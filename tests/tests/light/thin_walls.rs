@@ -204,7 +204,7 @@ fn the_split_through_walls_is_the_reference_at_any_number_of_bounces() {
         let scores = split.scores(&reference);
         println!("{max_bounces} bounces: {scores:?}, caustics {:.3}", split.caustic_share);
         assert!(scores.ratio_error < 0.005, "the test is too noisy");
-        assert!(split.caustic_share > 0.5);
+        assert!(split.caustic_share > 0.15);
         assert_eq!(split.failure(&reference), None, "{max_bounces} bounces");
     }
 }

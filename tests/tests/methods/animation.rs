@@ -8,11 +8,13 @@ use caustics::scene::{LoadOptions, Scene, SceneError};
 use caustics::session::{RunnerChoice, Session};
 use caustics::upload::Upload;
 use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::choice::LightSampler;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::ray::{Hit, Ray};
 use caustics_kernels::interface::triangle::Triangle;
 use caustics_kernels::math::rng::{Rng, Stream};
 use caustics_kernels::math::warp::uniform_sphere;
+use caustics_kernels::method::path::PATH;
 use caustics_kernels::pass::step::STEP_HIT;
 use caustics_kernels::trace::Tracer;
 use caustics_tests::gpu::gpu;
@@ -591,6 +593,52 @@ fn frames_are_black_exactly_while_the_light_has_no_area() {
         let fresh = fresh.image().unwrap();
         assert_eq!((fresh.path, fresh.caustics), (image.path, image.caustics), "at {time} s");
     }
+}
+
+/// Three lamps of two triangles; one moves, and one grows from nothing. The light BVH follows them.
+#[test]
+fn the_light_bvh_follows_moving_lights() {
+    let mut file = light();
+    let lamp = file.mesh(&square(0.3), 1);
+    file.root(json!({ "mesh": lamp, "translation": [-1.5, 1, 2.5], "rotation": [1, 0, 0, 0] }));
+    let moving = file.root(json!({ "mesh": lamp, "translation": [1, 1, 1], "rotation": [1, 0, 0, 0] }));
+    file.channel(moving, "translation", "LINEAR", &[0.0, 1.0], &[1.0, 1.0, 1.0, -1.0, -1.0, 1.5]);
+    let mut scene = file.load().unwrap();
+    let config = RenderConfig {
+        width: 48,
+        height: 32,
+        method: &PATH,
+        light_sampler: LightSampler::Bvh,
+        ..RenderConfig::default()
+    };
+    let open = |scene: &Scene| {
+        let features = scene.features(config.specular_roughness);
+        let choice = RunnerChoice::Cpu { threads: 0 };
+        Session::new(&choice, scene, &scene.cameras[0], &config, features).unwrap()
+    };
+    let mut session = open(&scene);
+    let (mut nodes, mut resampled) = (vec![], 0);
+    for time in [0.0, 0.8, 1.0, 0.4] {
+        scene.pose(time).unwrap();
+        // Four lights are all sampled.
+        assert_eq!(scene.light_bvh.is_empty(), time == 0.0);
+        assert!(scene.light_bvh.is_empty() || nodes != scene.light_bvh, "{time} s");
+        nodes.clone_from(&scene.light_bvh);
+        session.pose(&scene, &scene.cameras[0]).unwrap();
+        session.frame(0).unwrap();
+        let image = session.image().unwrap();
+        // The uploaded tables equal those of a session opened at this time.
+        let mut fresh = open(&scene);
+        fresh.frame(0).unwrap();
+        assert_eq!(fresh.image().unwrap().path, image.path, "at {time} s");
+        let config = RenderConfig { light_sampler: LightSampler::Resampled, ..config.clone() };
+        let choice = RunnerChoice::Cpu { threads: 0 };
+        let mut other =
+            Session::new(&choice, &scene, &scene.cameras[0], &config, scene.features(0.25)).unwrap();
+        other.frame(0).unwrap();
+        resampled += u32::from(other.image().unwrap().path == image.path);
+    }
+    assert_eq!(resampled, 1, "the light BVH samples more than four lights");
 }
 
 #[test]

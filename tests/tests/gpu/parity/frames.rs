@@ -5,7 +5,7 @@ use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant::{self, Variant};
-use caustics_kernels::interface::choice::Caustics;
+use caustics_kernels::interface::choice::{Caustics, LightSampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::method::Parts;
@@ -93,10 +93,20 @@ fn image_means_agree(scenes: &[(&str, Scene)]) {
 /// The reference traces whole paths, 0.2 % of which may diverge.
 #[test]
 fn reference_agrees_but_for_0_2_percent_of_the_paths() {
+    reference_agrees(&load("glossy-room"), &config(), Features::default());
+}
+
+/// The light BVH samples the same lights on a GPU, but where rounding decides.
+#[test]
+fn reference_with_a_light_bvh_agrees_but_for_0_2_percent_of_the_paths() {
+    let config = RenderConfig { light_sampler: LightSampler::Bvh, ..config() };
+    reference_agrees(&room_of_lights(40).build(), &config, Features::LIGHT_BVH);
+}
+
+fn reference_agrees(scene: &Scene, config: &RenderConfig, features: Features) {
     let Some(gpu) = watched_gpu() else { return };
     for &hardware in gpu.tracers() {
-        let scene = load("glossy-room");
-        let mut runners = RunnerPair::open(&gpu, hardware, &scene, &config());
+        let mut runners = RunnerPair::with(&gpu, hardware, scene, config, features);
         let params = runners.params;
         runners.run(&params, &(PATH.steps)(Parts::from(&variant::PHOTONS_GRID), &params));
         let (cpu, gpu_records) = runners.records::<f32>("path_radiance");

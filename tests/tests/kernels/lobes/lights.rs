@@ -4,6 +4,7 @@ use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::ray::Ray;
 use caustics_kernels::light::area::pdf_solid_angle;
 use caustics_kernels::light::emit::Emit;
+use caustics_kernels::light::light_bvh::LightBvh;
 use caustics_kernels::light::light_sampling::LightCandidates;
 use caustics_kernels::math::PI;
 use caustics_kernels::math::rng::{Rng, Stream};
@@ -97,6 +98,74 @@ fn light_samples_of_a_near_area_light_have_bounded_deviation() {
         assert!((mean - expected).abs() < 4.0 * error + 1.0e-5 * expected);
         assert!(deviation < max_deviation, "{height} m: {deviation}");
     }
+}
+
+/// A room with lamps, a point light, a spot light and a sun. Lights of the light BVH are sampled with their probability, which adds
+/// up to one over all lights with a place. In the mean of positions it follows their light more closely than their power does.
+#[test]
+fn lights_of_the_light_bvh_follow_their_probability() {
+    let mut b = room_of_lights(20);
+    b.light(DVec3::new(0.3, -0.2, 0.4), 0.5);
+    b.spot(DVec3::new(0.0, 0.9, 0.0), -DVec3::Y, 0.2, 0.5, 2.0);
+    b.directional(-DVec3::Y, 1.0);
+    let scene = b.build();
+    let world = World::new(&scene, &Default::default());
+    let count = scene.lights.len() as u32;
+    assert_eq!(count, 43);
+    let bvh = LightBvh { nodes: &scene.light_bvh, light_count: count };
+    let probabilities_at = |position: Vec3| -> Vec<f64> {
+        (0..count).map(|light_id| f64::from(bvh.probability(position, light_id))).collect()
+    };
+    // Irradiance of a light at normal incidence, without occluders.
+    let each = LightCandidates { is_all: true, ..LightCandidates::ONE };
+    let irradiance = |light_id: u32, position: Vec3| {
+        let sample = |path| {
+            let u = Rng::new(Stream::Camera, 14, path, 0).next4();
+            let sample = each.sample_light(light_id, world.tables(), count, world.features, position, u);
+            f64::from(sample.radiance_over_pdf.element_sum() / 3.0)
+        };
+        let by_power = f64::from(scene.lights[light_id as usize].pdf_light_choice);
+        (0..100).map(sample).sum::<f64>() / 100.0 * by_power
+    };
+    let mut ratios = vec![];
+    for position in [Vec3::ZERO, Vec3::new(0.6, 0.85, 0.1), Vec3::new(-0.3, -0.9, 0.8)] {
+        let probabilities = probabilities_at(position);
+        let sum: f64 = probabilities.iter().sum();
+        assert!((sum - 1.0).abs() < 1e-5, "{position}: {sum}");
+        let mut seen = vec![0; count as usize];
+        let samples = SAMPLES / 4;
+        for path in 0..samples {
+            let sampled = bvh.sample(position, Rng::new(Stream::Camera, 13, path, 0).next4().x);
+            let expected = probabilities[sampled.light_id as usize];
+            assert!((f64::from(sampled.probability) / expected - 1.0).abs() < 1e-5);
+            seen[sampled.light_id as usize] += 1;
+        }
+        let fit = |probabilities: &[f64]| {
+            let expected: Vec<f64> = probabilities.iter().map(|p| p * f64::from(samples)).collect();
+            Fit::new(&seen, &expected)
+        };
+        assert!(fit(&probabilities).passes(), "{position}: {:?}", fit(&probabilities));
+        assert!(!fit(&probabilities_at(position + 0.1 * Vec3::X)).passes(), "positions do not matter");
+
+        // Second moment of a light's irradiance over its probability
+        let (mut by_bvh, mut by_power, mut power) = (0.0, 0.0, 0.0);
+        for (light_id, light) in scene.lights.iter().enumerate() {
+            let probability = probabilities[light_id];
+            if light.is_endless() {
+                assert_eq!(probability, 0.0, "the sun has no place");
+                continue;
+            }
+            let square = irradiance(light_id as u32, position).powi(2);
+            assert!(square == 0.0 || probability > 0.0, "light {light_id} shines to {position}");
+            by_bvh += if square > 0.0 { square / probability } else { 0.0 };
+            by_power += square / f64::from(light.pdf_light_choice);
+            power += f64::from(light.pdf_light_choice);
+        }
+        println!("{position}: second moment {by_bvh:.3}, by power {:.3}", by_power * power);
+        ratios.push(by_bvh / (by_power * power));
+    }
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    assert!(mean < 0.6, "{ratios:?}");
 }
 
 /// Density of light sampling along a direction from the origin.

@@ -200,6 +200,11 @@ impl Scene {
         self.motion.as_ref().map_or(0, lights).max(self.lights.len())
     }
 
+    /// Share of the candidates of light samples that the light BVH samples, if it is chosen; 0 where lights are few.
+    pub fn light_bvh_share(&self) -> f32 {
+        light::bvh::share(&self.lights)
+    }
+
     /// Maximum number of nodes of the light BVH at any time.
     pub fn max_light_bvh_nodes(&self) -> usize {
         light::bvh::node_count(self.max_light_count())

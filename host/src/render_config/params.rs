@@ -1,7 +1,7 @@
 //! Parameters of a frame for the kernels, derived from a configuration and a scene.
 
 use caustics_kernels::interface::caster::Casters;
-use caustics_kernels::interface::choice::{TextureFilter, ThinWalls};
+use caustics_kernels::interface::choice::{LightSampler, TextureFilter, ThinWalls};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{FrameParams, Window};
 use caustics_kernels::interface::guide::LightGroups;
@@ -67,6 +67,11 @@ impl RenderConfig {
             light_groups: LightGroups::new(scene.light_keys.len() as u32, casters.count),
             sequence: self.sequence(frame),
             thin_walls: thin_walls as u32,
+            light_bvh_share: if self.light_sampler == LightSampler::Bvh {
+                scene.light_bvh_share()
+            } else {
+                0.0
+            },
             ..FrameParams::default()
         };
         // With an adaptive number of light paths, the number of validation paths stays fixed.

@@ -106,6 +106,8 @@ pub struct FrameParams {
     pub sequence: Sequence,
     /// Treatment of thin walls: `ThinWalls`.
     pub thin_walls: u32,
+    /// Share of the candidates of light samples that the light BVH samples; 0 without one.
+    pub light_bvh_share: f32,
 }
 
 /// Position of a dispatch in its pass: the push constants of every pass.
@@ -123,7 +125,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 768);
+const _: () = assert!(size_of::<FrameParams>() == 772);
 
 impl Dispatch {
     /// Number of invocations that run.

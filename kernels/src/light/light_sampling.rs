@@ -68,8 +68,8 @@ pub struct LightCandidates {
     pub is_all: bool,
     /// Probability of each light to be a given candidate, where it is the same for all; 0 where lights are sampled by power.
     pub probability: f32,
-    /// Share of the candidates that are sampled by power; the light BVH samples the others.
-    pub by_power: f32,
+    /// Share of the candidates that the light BVH samples; the others are sampled by power.
+    pub bvh_share: f32,
 }
 
 impl LightCandidates {
@@ -79,18 +79,18 @@ impl LightCandidates {
         candidate_count: 1,
         is_all: false,
         probability: 0.0,
-        by_power: 1.0,
+        bvh_share: 0.0,
     };
 
     /// Light sample of a vertex behind the collection point, by the settings.
     #[inline(always)]
-    pub fn one(params: &FrameParams, features: Features) -> LightCandidates {
-        LightCandidates { by_power: by_power(params, features), ..LightCandidates::ONE }
+    pub fn one(params: &FrameParams) -> LightCandidates {
+        LightCandidates { bvh_share: params.light_bvh_share, ..LightCandidates::ONE }
     }
 
     /// Light samples of a vertex up to the collection point, by the settings.
     #[inline(always)]
-    pub fn new(params: &FrameParams, features: Features) -> LightCandidates {
+    pub fn new(params: &FrameParams) -> LightCandidates {
         let count = params.light_count;
         if params.light_sampler == LightSampler::Power as u32 || count == 0 {
             LightCandidates::ONE
@@ -99,7 +99,7 @@ impl LightCandidates {
         } else if count <= FEW_LIGHTS {
             LightCandidates { sample_count: count, is_all: true, probability: 1.0, ..LightCandidates::ONE }
         } else {
-            LightCandidates { candidate_count: CANDIDATE_COUNT, ..LightCandidates::one(params, features) }
+            LightCandidates { candidate_count: CANDIDATE_COUNT, ..LightCandidates::one(params) }
         }
     }
 
@@ -111,7 +111,7 @@ impl LightCandidates {
         if self.probability > 0.0 {
             gain = self.probability / light.pdf_light_choice;
         } else if self.uses_bvh(features) {
-            gain *= self.by_power + (1.0 - self.by_power) * by_bvh / light.pdf_light_choice;
+            gain *= 1.0 - self.bvh_share + self.bvh_share * by_bvh / light.pdf_light_choice;
         }
         gain
     }
@@ -136,7 +136,7 @@ impl LightCandidates {
     /// Whether the light BVH samples some candidates.
     #[inline(always)]
     fn uses_bvh(&self, features: Features) -> bool {
-        features.has(Features::LIGHT_BVH) && self.by_power < 1.0
+        features.has(Features::LIGHT_BVH) && self.bvh_share > 0.0
     }
 
     /// Samples the candidate of this number, by four uniform numbers that all candidates share. Its density is that of all
@@ -159,15 +159,16 @@ impl LightCandidates {
         let (mut light_id, mut by_bvh) = (number, 0.0);
         if self.uses_bvh(features) {
             let bvh = LightBvh { nodes: scene.light_bvh, light_count };
-            if u.x < self.by_power {
-                light_id = choose(scene.lights, light_count, u.x / self.by_power, u.y);
-                by_bvh = bvh.probability(position, light_id);
-            } else {
-                let sampled = bvh.sample(position, (u.x - self.by_power) / (1.0 - self.by_power));
+            if u.x < self.bvh_share {
+                let sampled = bvh.sample(position, u.x / self.bvh_share);
                 if sampled.light_id == NONE {
                     return LightSample::none(position);
                 }
                 (light_id, by_bvh) = (sampled.light_id, sampled.probability);
+            } else {
+                let u_power = (u.x - self.bvh_share) / (1.0 - self.bvh_share);
+                light_id = choose(scene.lights, light_count, u_power, u.y);
+                by_bvh = bvh.probability(position, light_id);
             }
         } else if !self.is_all {
             light_id = if self.probability > 0.0 {
@@ -184,20 +185,6 @@ impl LightCandidates {
             pdf_solid_angle: light_sample.pdf_solid_angle * gain,
             ..light_sample
         }
-    }
-}
-
-/// Share of light samples by power. With the light BVH it is small, so that every light keeps some density; lights without a place
-/// are only sampled by power.
-#[inline(always)]
-fn by_power(params: &FrameParams, features: Features) -> f32 {
-    let samples_by_bvh = features.has(Features::LIGHT_BVH) && params.light_count > FEW_LIGHTS;
-    if !samples_by_bvh {
-        1.0
-    } else if features.has(Features::DIRECTIONAL_LIGHTS | Features::ENVIRONMENT) {
-        0.5
-    } else {
-        1.0 / 64.0
     }
 }
 

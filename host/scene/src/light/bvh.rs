@@ -23,6 +23,18 @@ pub fn node_count(lights: usize) -> usize {
     nodes
 }
 
+/// Share of the candidates of light samples that the light BVH samples; 0 where vertices sample all lights. Power samples the rest,
+/// so that every light keeps some density. Lights without a place are only sampled by power.
+pub fn share(lights: &[Light]) -> f32 {
+    if lights.len() <= FEW_LIGHTS as usize {
+        0.0
+    } else if lights.iter().any(Light::is_endless) {
+        0.5
+    } else {
+        63.0 / 64.0
+    }
+}
+
 /// Nodes of the light BVH over the scene's light table, whose lights emit this flux together (W). The lights come in the order of
 /// their keys, so that neighbours in the table stand near each other.
 pub fn nodes(scene: &Scene, lights: &[Light], flux: f64) -> Vec<LightBvhNode> {
@@ -204,6 +216,8 @@ mod tests {
                 child = (child - 1) / 4;
             }
         }
-        assert!(self::nodes(&scene, &records[..FEW_LIGHTS as usize], 1.0).is_empty());
+        let few = &records[..FEW_LIGHTS as usize];
+        assert!(self::nodes(&scene, few, 1.0).is_empty());
+        assert_eq!((share(few), share(&records), share(&records[..39])), (0.0, 0.5, 63.0 / 64.0));
     }
 }

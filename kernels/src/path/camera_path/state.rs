@@ -403,6 +403,5 @@ impl CameraPath {
 /// Light samples of a vertex: several in the prefix, one behind the collection point.
 #[inline(always)]
 fn candidates(in_prefix: bool, context: PathContext<'_>) -> LightCandidates {
-    let PathContext { params, features, .. } = context;
-    if in_prefix { LightCandidates::new(params, features) } else { LightCandidates::one(params, features) }
+    if in_prefix { LightCandidates::new(context.params) } else { LightCandidates::one(context.params) }
 }

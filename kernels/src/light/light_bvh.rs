@@ -36,8 +36,8 @@ const MIN_DISTANCE_SQUARED: f32 = 1.0e-12;
 /// Importance of four children at a position (m^-2), over the flux of all lights: the largest irradiance that their lights could
 /// give there. It is 0 where none of a child's lights shines.
 ///
-/// A light shines to the position at least at this angle: the angle from the axis to the position, less the half angle of the cone
-/// of axes, less that of the sphere. Sines and cosines are times the distance to the centre.
+/// The smallest angle between a light's axis and the position is that from the axis of the cone, less the half angles of cone and
+/// sphere. Sines and cosines are times the distance to the centre.
 #[inline(always)]
 fn importance(node: &LightBvhNode, position: Vec3) -> Vec4 {
     let x = Vec4::splat(position.x) - node.center_x;

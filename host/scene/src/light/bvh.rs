@@ -150,11 +150,9 @@ fn union_of_cones(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
         return b;
     }
     let half = (half_a + between + half_b) / 2.0 + MARGIN;
-    let Some(across) = (axis_b - axis_a * axis_a.dot(axis_b)).try_normalize() else {
-        // The axes are opposite, or equal but for rounding
-        let cos = if between < MARGIN { half.cos() } else { -1.0 };
-        return (a.0, cos as f32);
-    };
+    // Turn opposite axes anywhere
+    let across = (axis_b - axis_a * axis_a.dot(axis_b)).try_normalize();
+    let across = across.unwrap_or_else(|| axis_a.any_orthonormal_vector());
     if half >= PI {
         return (a.0, -1.0);
     }
@@ -168,6 +166,7 @@ mod tests {
     use crate::PunctualLight;
     use crate::light::{keys, table};
     use crate::punctual::LightShape;
+    use glam::DVec3;
 
     /// A cone around two holds both.
     #[test]
@@ -183,8 +182,12 @@ mod tests {
                         let between = axis.as_dvec3().angle_between(inner.as_dvec3());
                         let farthest = (between + f64::from(cos_inner).acos()).min(PI);
                         assert!(farthest <= half + 1e-5, "{a} {cos_a}, {b} {cos_b}: {farthest}, {half}");
-                        assert!(half < PI || farthest > 0.5, "a cone of everything around nothing");
                     }
+                    // It is no wider than it must be.
+                    let (half_a, half_b) = (f64::from(cos_a).acos(), f64::from(cos_b).acos());
+                    let between = a.as_dvec3().angle_between(b.as_dvec3());
+                    let widest = half_a.max(half_b).max(0.5 * (half_a + between + half_b));
+                    assert!(half < widest + 1e-3, "{a} {cos_a}, {b} {cos_b}: {half}, {widest}");
                 }
             }
         }
@@ -199,7 +202,8 @@ mod tests {
         lights[7].shape = LightShape::Spot { direction: Vec3::NEG_Y, inner: 0.1, outer: 0.4 };
         let mut scene = Scene::default();
         scene.light_keys = keys(&scene, &lights);
-        let (records, flux) = table(&scene, &[], &lights, None);
+        let hull = [DVec3::ZERO, DVec3::new(40.0, 20.0, -1.0)];
+        let (records, flux) = table(&scene, &hull, &lights, None);
         let nodes = nodes(&scene, &records, f64::from(flux.element_sum() / 3.0));
         // Levels of 1, 4 and 16 nodes, whose last one has 64 children.
         assert_eq!(nodes.len(), 21);

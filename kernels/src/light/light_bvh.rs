@@ -36,8 +36,8 @@ const MIN_DISTANCE_SQUARED: f32 = 1.0e-12;
 /// Importance of four children at a position (m^-2), over the flux of all lights: the largest irradiance that their lights could
 /// give there. It is 0 where none of a child's lights shines.
 ///
-/// The smallest angle between a light's axis and the position is that from the axis of the cone, less the half angles of cone and
-/// sphere. Sines and cosines are times the distance to the centre.
+/// The angle from the cone's axis to the position, less the half angles of cone and sphere, is the smallest angle of any light.
+/// Sines and cosines are times the distance to the centre.
 #[inline(always)]
 fn importance(node: &LightBvhNode, position: Vec3) -> Vec4 {
     let x = Vec4::splat(position.x) - node.center_x;

@@ -101,7 +101,7 @@ fn light_samples_of_a_near_area_light_have_bounded_deviation() {
 }
 
 /// A room with lamps, a point light, a spot light and a sun. Lights of the light BVH are sampled with their probability, which adds
-/// up to one over all lights with a place. In the mean of positions it follows their light more closely than their power does.
+/// up to one over all lights with a place. On average over positions it follows their light more closely than their power does.
 #[test]
 fn lights_of_the_light_bvh_follow_their_probability() {
     let mut b = room_of_lights(20);

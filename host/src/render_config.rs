@@ -18,6 +18,7 @@ use caustics_kernels::interface::sequence::Sequence;
 use caustics_kernels::method::{self, Method, Parts, Stages};
 use caustics_kernels::pass::balance::BALANCE;
 use caustics_kernels::pass::bound::BOUND;
+use caustics_kernels::pass::more_points::MORE_POINTS;
 use caustics_kernels::pass::widen::WIDEN;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -63,6 +64,9 @@ pub struct RenderConfig {
     /// Radius of collection points.
     #[serde(with = "as_text")]
     pub radius: Radius,
+    /// Maximum number of collection points of a pixel. With several, frames depend on each other
+    /// (`caustics_kernels::pass::more_points`), but each is unbiased.
+    pub collection_points: u32,
     /// Maximum roughness of specular reflection lobes.
     pub specular_roughness: f32,
     /// Seed of all random numbers.
@@ -126,6 +130,7 @@ impl Default for RenderConfig {
             light_paths: Paths::Count(1024 * 1024),
             max_bounces: 5,
             radius: Radius::Px(1.0),
+            collection_points: 1,
             specular_roughness: 0.25,
             seed: 0,
             pixel_filter: PixelFilter::Centre,
@@ -171,6 +176,7 @@ impl RenderConfig {
             light_paths: _,
             max_bounces: _,
             radius: _,
+            collection_points: _,
             history: _,
             denoiser: _,
             emission: _,
@@ -212,6 +218,7 @@ impl RenderConfig {
             texture_filter,
             background,
             caustics,
+            collection_points: _,
             thin_walls: _,
             method: _,
             gather: _,
@@ -281,6 +288,11 @@ impl RenderConfig {
         self.caustics == Caustics::First && self.method.passes_thin_walls
     }
 
+    /// Whether `collection_points` applies: to discs whose light no history reuses.
+    pub fn can_add_points(&self) -> bool {
+        self.method.chooses_gather && *self.history == history::NONE
+    }
+
     /// Returns the features to compile into the kernels for a scene in its pose.
     pub fn features(&self, scene: &Scene) -> Features {
         self.features.features(scene, self.specular_roughness)
@@ -316,6 +328,7 @@ impl RenderConfig {
         let stages = Stages::NONE
             .with(&BALANCE, self.light_paths == Paths::Auto && method.gathers)
             .with(&WIDEN, self.radius == Radius::Auto && method.chooses_gather)
+            .with(&MORE_POINTS, self.collection_points > 1 && self.can_add_points())
             .with(&BOUND, self.fireflies == Fireflies::Bounded && !method.converges)
             .with(&PATH_HISTORY, keeps_path && method.gathers && !method.converges)
             .with(&AUXILIARY_LAYERS, self.auxiliary);
@@ -381,6 +394,7 @@ mod tests {
         let others =
             [("width", json!(8)), ("height", json!(8)), ("max_bounces", json!(2)), ("seed", json!(1))];
         let others = others.into_iter().chain([
+            ("collection_points", json!(4)),
             ("specular_roughness", json!(0.5)),
             ("pixel_filter", json!("box")),
             ("exposure", json!(1.0)),

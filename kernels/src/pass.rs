@@ -5,6 +5,7 @@ pub mod balance;
 pub mod bound;
 pub mod collect;
 pub mod display;
+pub mod more_points;
 pub mod resolve;
 pub mod shoot;
 pub mod step;

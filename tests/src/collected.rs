@@ -30,7 +30,7 @@ pub fn camera_path<T: Tracer, C: Atomics>(
     tracer: &mut T,
     counters: &mut C,
 ) -> Collected {
-    let start = CameraPathStart::new(Stream::Camera, pixel, params);
+    let start = CameraPathStart::new(Stream::Camera, 0, pixel, params);
     collected(start, CameraSuffix::new(params), params, features, scene, tracer, counters)
 }
 

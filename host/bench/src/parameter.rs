@@ -15,6 +15,7 @@ use caustics_kernels::interface::choice::{
 };
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
+use caustics_kernels::pass::more_points::MAX_POINTS;
 
 use super::run_config::{RunConfig, runner_name};
 use caustics::named::Named;
@@ -141,7 +142,7 @@ macro_rules! named {
 }
 
 /// All parameters, in the order of tables.
-pub static PARAMETERS: [&Parameter; 16] = [
+pub static PARAMETERS: [&Parameter; 17] = [
     &METHOD,
     &GATHER,
     &CAUSTICS,
@@ -157,6 +158,7 @@ pub static PARAMETERS: [&Parameter; 16] = [
     &FEATURES,
     &PATHS_PER_PIXEL,
     &RADIUS_PX,
+    &COLLECTION_POINTS,
     &MAX_BOUNCES,
 ];
 
@@ -345,6 +347,29 @@ pub static RADIUS_PX: Parameter = Parameter {
     get: |run| run.config.radius.to_string(),
     set: |run, text| {
         run.config.radius = text.parse()?;
+        Ok(())
+    },
+};
+
+/// Maximum number of collection points of a pixel.
+pub static COLLECTION_POINTS: Parameter = Parameter {
+    key: "collection_points",
+    head: "points/px",
+    description: "Collection points of a pixel, at most: more than one where the choice of the prefix is most of the noise, as in \
+            rough mirrors",
+    values: Values::Numbers("1 to 16"),
+    default: "1",
+    neutral: "1",
+    shown: VisualEncoding::Words("k", |value| format!("{value} points/px")),
+    not_applicable: |run| match run.config.collection_points {
+        1 => None,
+        _ if !run.config.method.chooses_gather => Some("makes no discs for further points"),
+        _ => (!run.config.can_add_points()).then_some("reuses light of the frame before (--history)"),
+    },
+    get: |run| run.config.collection_points.to_string(),
+    set: |run, text| {
+        let points = text.parse().ok().filter(|points| (1..=MAX_POINTS).contains(points));
+        run.config.collection_points = points.ok_or("it must be 1 to 16")?;
         Ok(())
     },
 };

@@ -141,7 +141,7 @@ mod tests {
         let run = RunConfig::new(&BASIC).with(|config| config.light_paths = Paths::PerPixel(0.5));
         let text = "method basic gather photons-grid caustics first thin_walls passed emission guided light_sampler resampled sampler sobol \
                     history none path_history none fireflies kept denoiser none runner cpu features scene \
-                    paths_per_pixel p0.5 radius_px 1 max_bounces 5 on Cpu { threads: 0 }";
+                    paths_per_pixel p0.5 radius_px 1 collection_points 1 max_bounces 5 on Cpu { threads: 0 }";
         assert_eq!(run.key(), text);
     }
 

@@ -18,7 +18,7 @@ pub fn path(view: InspectedFrame<'_>, pixel: u32, has_point: bool) -> CameraPath
     } else {
         (Stream::Reference, CameraSuffix::ALL)
     };
-    let start = CameraPathStart::new(stream, pixel, params);
+    let start = CameraPathStart::new(stream, 0, pixel, params);
     let (mut tracer, mut record) = (scene.tracer(features), PathRecorder::new(view));
     let context = PathContext { params, features, scene: scene.tables() };
     trace_camera_path(start, suffix, context, &mut tracer, &mut record, &mut Uncounted);

@@ -158,7 +158,7 @@ mod tests {
                     assert!(is_bound, "{name}: {} has no {}", pass.name, bound.name);
                 }
             }
-            assert_eq!(shared, 8, "{name}");
+            assert_eq!(shared, 9, "{name}");
         }
     }
 

@@ -6,6 +6,7 @@ use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::{FrameParams, Window};
 use caustics_kernels::interface::guide::LightGroups;
 use caustics_kernels::interface::history::validation_paths;
+use caustics_kernels::pass::more_points::MAX_POINTS;
 use caustics_scene::{Scene, SceneCamera};
 use glam::Vec3;
 
@@ -67,6 +68,7 @@ impl RenderConfig {
             light_groups: LightGroups::new(scene.light_keys.len() as u32, casters.count),
             sequence: self.sequence(frame),
             thin_walls: thin_walls as u32,
+            collection_points: self.collection_points.clamp(1, MAX_POINTS),
             light_bvh_share: if self.light_sampler == LightSampler::Bvh {
                 scene.light_bvh_share()
             } else {

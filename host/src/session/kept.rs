@@ -1,7 +1,7 @@
 //! Check of the buffers that outlive a frame when they come from a file.
 
 /// Words of an element of each buffer that outlives a frame: `f` is a float, `u` anything else.
-const WORDS: [(&str, &str); 18] = [
+const WORDS: [(&str, &str); 20] = [
     ("balance", "ffffu"),
     ("density", "ff"),
     ("density_feedback", "u"),
@@ -15,7 +15,9 @@ const WORDS: [(&str, &str); 18] = [
     ("path_points", "ffffuuuf"),
     ("path_square", "f"),
     ("image_rows", "f"),
+    ("pixel_noise", "ffffff"),
     ("pixel_sums", "ffff"),
+    ("pixel_variances", "ff"),
     ("radius_next", "f"),
     ("start_counts", "u"),
     ("start_scores", "u"),

@@ -61,7 +61,8 @@ pub type Starts = fn(
 pub type Steps = fn(&FrameParams) -> Vec<Step>;
 
 /// A stage of a frame: steps that are switched on together, by the slots of the frame that they run in. Frames without light
-/// paths are dark: they skip `before_light`, `after_gather` and `after_resolve`.
+/// paths are dark: they skip `before_light`, `after_gather`,
+/// `after_resolve` and `gather_again`.
 #[derive(Clone, Copy)]
 pub struct FrameStage {
     /// Name of the stage.
@@ -81,6 +82,8 @@ pub struct FrameStage {
     pub after_gather: Steps,
     /// After the sums of collection points have become radiance.
     pub after_resolve: Steps,
+    /// After `after_resolve` of all stages, if all photons of the frame are still stored. Gets the steps that gather them.
+    pub gather_again: fn(&FrameParams, &[Step]) -> Vec<Step>,
     /// At the end of every frame.
     pub at_end: Steps,
     /// Buffers whose contents outlive their frame.
@@ -104,6 +107,7 @@ impl FrameStage {
             after_pilot: None,
             after_gather: NO_STEPS,
             after_resolve: NO_STEPS,
+            gather_again: |_, _| Vec::new(),
             at_end: NO_STEPS,
             keeps: &[],
             reads_parts: false,

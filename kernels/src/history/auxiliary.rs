@@ -93,7 +93,12 @@ impl CameraPass for Shown<'_> {
     }
     #[inline(always)]
     fn request(&self) -> CameraPathRequest {
-        CameraPathRequest { pixel: self.pixel, stream: Stream::Camera, suffix: CameraSuffix::NOTHING }
+        CameraPathRequest {
+            pixel: self.pixel,
+            stream: Stream::Camera,
+            number: 0,
+            suffix: CameraSuffix::NOTHING,
+        }
     }
     #[inline(always)]
     fn store(&mut self, _light: &CameraPathLight, _kept: &()) {}

@@ -167,6 +167,7 @@ impl CameraPass for Retrace<'_> {
         CameraPathRequest {
             pixel: self.pixel,
             stream: Stream::Camera,
+            number: 0,
             suffix: CameraSuffix::new(self.params),
         }
     }

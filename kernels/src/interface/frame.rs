@@ -108,6 +108,8 @@ pub struct FrameParams {
     pub thin_walls: u32,
     /// Share of the candidates of light samples that the light BVH samples; 0 without one.
     pub light_bvh_share: f32,
+    /// Maximum number of collection points of a pixel.
+    pub collection_points: u32,
 }
 
 /// Position of a dispatch in its pass: the push constants of every pass.
@@ -125,7 +127,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 772);
+const _: () = assert!(size_of::<FrameParams>() == 776);
 
 impl Dispatch {
     /// Number of invocations that run.

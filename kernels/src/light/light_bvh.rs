@@ -63,28 +63,28 @@ fn importance(node: &LightBvhNode, position: Vec3) -> Vec4 {
     Vec4::select(shines, node.intensity * cos_min * inverse * inverse, Vec4::ZERO)
 }
 
+/// Number of levels of nodes over this number of lights.
+#[inline(always)]
+pub fn levels(light_count: u32) -> u32 {
+    let (mut levels, mut leaves) = (1, 4);
+    while leaves < light_count {
+        leaves *= 4;
+        levels += 1;
+    }
+    levels
+}
+
+/// Number of nodes of these levels, and index of the first light behind them.
+#[inline(always)]
+pub fn node_count(levels: u32) -> u32 {
+    ((1 << (2 * levels)) - 1) / 3
+}
+
 impl LightBvh<'_> {
-    /// Number of levels of nodes.
-    #[inline(always)]
-    fn levels(&self) -> u32 {
-        let (mut levels, mut leaves) = (1, 4);
-        while leaves < self.light_count {
-            leaves *= 4;
-            levels += 1;
-        }
-        levels
-    }
-
-    /// Index of the first light behind the nodes of this number of levels.
-    #[inline(always)]
-    fn first_light(levels: u32) -> u32 {
-        ((1 << (2 * levels)) - 1) / 3
-    }
-
     /// Samples a light for a position, by a uniform number. Returns no light where none has importance.
     #[inline(always)]
     pub fn sample(&self, position: Vec3, u: f32) -> SampledLight {
-        let levels = self.levels();
+        let levels = levels(self.light_count);
         let (mut node, mut u, mut probability) = (0, u, 1.0);
         let mut level = 0;
         while level < levels {
@@ -115,13 +115,13 @@ impl LightBvh<'_> {
             u = (along / chosen).min(BELOW_ONE);
             node = 4 * node + 1 + child;
         }
-        SampledLight { light_id: node - Self::first_light(levels), probability }
+        SampledLight { light_id: node - node_count(levels), probability }
     }
 
     /// Probability that `sample` returns a light.
     #[inline(always)]
     pub fn probability(&self, position: Vec3, light_id: u32) -> f32 {
-        let levels = self.levels();
+        let levels = levels(self.light_count);
         let (mut node, mut probability) = (0, 1.0);
         let mut level = levels;
         while level > 0 {

@@ -66,6 +66,12 @@ impl Rng {
         self.dimension
     }
 
+    /// Leaves out this many times four numbers.
+    #[inline]
+    pub fn skip(&mut self, count: u32) {
+        self.dimension += count;
+    }
+
     /// Path that the numbers belong to.
     #[inline]
     pub fn path(&self) -> u32 {

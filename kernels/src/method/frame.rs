@@ -44,7 +44,7 @@ pub fn frame_steps(
     if shoots {
         // Learn from earlier frames, and index the collection points
         steps.extend(parts.steps(|stage| stage.before_light, params));
-        steps.extend(prepare);
+        steps.extend(prepare.clone());
     }
 
     // After something moved, shoot the pilot and learn from it
@@ -66,6 +66,10 @@ pub fn frame_steps(
     steps.push(Step::new(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
     if shoots {
         steps.extend(parts.steps(|stage| stage.after_resolve, params));
+        if pilot_count == 0 && params.light_path_count <= params.light_path_batch {
+            let gather = [prepare, exchange(parts.gather, params)].concat();
+            steps.extend(parts.all_stages().flat_map(|stage| (stage.gather_again)(params, &gather)));
+        }
     }
     steps.push(Step::new(&DISPLAY, params));
     steps
@@ -185,6 +189,9 @@ pub fn frame_buffers(method: &Method, parts: Parts, params: &FrameParams) -> Vec
     let params = (method.frame)(*params, 0);
     let mut steps = look_back(parts, &params);
     steps.extend(method.frame_steps(parts, &params));
+    // Frames without a pilot and with a single batch have other steps.
+    let light_path_count = params.light_path_count.min(params.light_path_batch);
+    steps.extend(method.frame_steps(parts, &FrameParams { moved: 0, light_path_count, ..params }));
     buffers(&steps, &params)
 }
 

@@ -8,6 +8,7 @@ use crate::interface::choice::TextureFilter;
 use crate::interface::frame::FrameParams;
 use crate::pass::balance::BALANCE;
 use crate::pass::bound::BOUND;
+use crate::pass::more_points::MORE_POINTS;
 use crate::pass::weigh::WEIGH;
 use crate::pass::widen::WIDEN;
 use crate::{denoiser, emission, history};
@@ -82,7 +83,8 @@ pub struct Parts {
 }
 
 /// Stages that can be switched on, in the order in which they run within a slot.
-pub const STAGES: &[&FrameStage] = &[&PATH_HISTORY, &BOUND, &WIDEN, &WEIGH, &BALANCE, &AUXILIARY_LAYERS];
+pub const STAGES: &[&FrameStage] =
+    &[&PATH_HISTORY, &BOUND, &WIDEN, &WEIGH, &BALANCE, &MORE_POINTS, &AUXILIARY_LAYERS];
 
 /// A set of [`STAGES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -89,5 +89,5 @@ impl CameraPass for Reference<'_> {
 /// Requests a path through a pixel that finds all light.
 #[inline(always)]
 pub fn request(pixel: u32) -> CameraPathRequest {
-    CameraPathRequest { pixel, stream: Stream::Reference, suffix: CameraSuffix::ALL }
+    CameraPathRequest { pixel, stream: Stream::Reference, number: 0, suffix: CameraSuffix::ALL }
 }

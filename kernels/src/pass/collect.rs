@@ -97,6 +97,7 @@ impl CameraPass for Collect<'_> {
         CameraPathRequest {
             pixel: self.pixel,
             stream: Stream::Camera,
+            number: 0,
             suffix: CameraSuffix::new(self.params),
         }
     }

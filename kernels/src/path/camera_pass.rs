@@ -33,6 +33,8 @@ pub struct CameraPathRequest {
     pub pixel: u32,
     /// Stream of its random numbers.
     pub stream: Stream,
+    /// Its number among the paths of its stream and pixel in a frame.
+    pub number: u32,
     /// Lobes behind its collection point.
     pub suffix: CameraSuffix,
 }
@@ -48,10 +50,10 @@ pub fn run_camera_pass<P: CameraPass, T: Tracer, C: Atomics>(
     counters: &mut C,
 ) {
     let context = PathContext { params, features: pass.features(features), scene };
-    let CameraPathRequest { pixel, stream, suffix } = pass.request();
+    let CameraPathRequest { pixel, stream, number, suffix } = pass.request();
     let (mut light, mut kept) = (CameraPathLight::default(), P::Kept::default());
     if pixel != NONE {
-        let start = CameraPathStart::new(stream, pixel, params);
+        let start = CameraPathStart::new(stream, number, pixel, params);
         (light, kept) = trace_camera_path(start, suffix, context, tracer, &mut pass, counters);
     }
     pass.store(&light, &kept);

@@ -6,6 +6,9 @@ use crate::math::cone::RayCone;
 use crate::math::rng::{Rng, Stream};
 use crate::math::sampler::next4;
 
+/// Distance of the seeds of a pixel's paths, beyond the seeds that users choose.
+const SEEDS_APART: u32 = 0x6a09_e667;
+
 /// A camera path before its first ray is traced.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraPathStart {
@@ -18,10 +21,15 @@ pub struct CameraPathStart {
 }
 
 impl CameraPathStart {
-    /// Starts at the eye, through a pixel, with the numbers of a stream.
+    /// Starts at the eye, through a pixel, with the random numbers of a stream. Paths of the pixel differ by their number.
     #[inline(always)]
-    pub fn new(stream: Stream, pixel: u32, params: &FrameParams) -> CameraPathStart {
-        let mut rng = Rng::new(stream, params.seed, params.film_pixel(pixel), params.frame);
+    pub fn new(stream: Stream, number: u32, pixel: u32, params: &FrameParams) -> CameraPathStart {
+        let seed = params.seed.wrapping_add(number.wrapping_mul(SEEDS_APART));
+        let mut rng = Rng::new(stream, seed, params.film_pixel(pixel), params.frame);
+        // Only one path of each pixel takes its part of an even set.
+        if number != 0 && params.sequence.width != 0 {
+            rng.skip(params.sequence.groups);
+        }
         let ray = camera_ray(params, pixel, &mut rng);
         CameraPathStart { ray, cone: RayCone::at_eye(params.pixel_spread), rng }
     }

@@ -4,6 +4,7 @@ use super::Counted;
 use crate::declare::shared_entry;
 use crate::history::auxiliary::Shown;
 use crate::history::path::{self, Retrace};
+use crate::interface::NONE;
 use crate::interface::auxiliary::Auxiliary;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
@@ -13,18 +14,26 @@ use crate::interface::point::{PointDirect, PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
 use crate::method::path::request as request_of_reference;
 use crate::pass::collect::Collect;
+use crate::pass::more_points::request as request_of_further_point;
 use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
 use crate::path::camera_path::CameraPathLight;
 use crate::path::observer::{CollectionPoint, PathObserver};
 use crate::platform::{Atomics, Slots};
 use crate::trace::Tracer;
-use spirv_std::glam::{Vec2, Vec3};
+use spirv_std::glam::{UVec2, Vec2, Vec3};
 
 /// Traces one camera path an invocation, for the pass that runs.
-#[shared_entry(collects = "collect", refers = "reference", retraces = "path.retrace", shows = "auxiliary")]
+#[shared_entry(
+    collects = "collect",
+    adds = "points.trace",
+    refers = "reference",
+    retraces = "path.retrace",
+    shows = "auxiliary"
+)]
 pub fn camera(
     index: u32,
     collects: bool,
+    adds: bool,
     refers: bool,
     retraces: bool,
     shows: bool,
@@ -35,6 +44,7 @@ pub fn camera(
     counters: &mut impl Atomics,
     instances: &[Instance],
     pixel_order: &[u32],
+    slot_prefixes: &[UVec2],
     path_radiance: Slots<'_, Vec3>,
     prefix_radiance: Slots<'_, Vec3>,
     delta_prefix_radiance: Slots<'_, Vec3>,
@@ -47,10 +57,16 @@ pub fn camera(
     auxiliary: Slots<'_, Auxiliary>,
 ) {
     let materials = scene.materials;
-    let pixel =
-        if retraces { path::pixel_of(index, path_points, params) } else { pixel_order[index as usize] };
+    let (mut pixel, mut prefix) = (index, UVec2::ZERO);
+    if retraces {
+        pixel = path::pixel_of(index, path_points, params);
+    } else if adds {
+        prefix = slot_prefixes[index as usize];
+    } else {
+        pixel = pixel_order[index as usize];
+    }
     let pass = AnyCameraPass {
-        runs: RunningPass { collects, refers, retraces, shows },
+        runs: RunningPass { collects, adds, refers, retraces, shows },
         collect: Collect {
             pixel,
             params,
@@ -62,6 +78,7 @@ pub fn camera(
             geometry: point_geometry,
             shading: point_shading,
         },
+        prefix,
         retrace: Retrace {
             block: index,
             pixel,
@@ -74,7 +91,7 @@ pub fn camera(
         },
         shown: Shown { pixel, params, features, materials, instances, records: auxiliary },
     };
-    let mut counted = Counted { counts: collects || refers, counters };
+    let mut counted = Counted { counts: collects || adds || refers, counters };
     run_camera_pass(pass, params, features, scene, tracer, &mut counted);
 }
 
@@ -82,6 +99,7 @@ pub fn camera(
 #[derive(Clone, Copy)]
 struct RunningPass {
     collects: bool,
+    adds: bool,
     refers: bool,
     retraces: bool,
     shows: bool,
@@ -91,6 +109,8 @@ struct RunningPass {
 struct AnyCameraPass<'a> {
     runs: RunningPass,
     collect: Collect<'a>,
+    /// Pixel and number of a further prefix, whose point `collect` stores in the slot of the invocation.
+    prefix: UVec2,
     retrace: Retrace<'a>,
     shown: Shown<'a>,
 }
@@ -100,7 +120,7 @@ impl PathObserver for AnyCameraPass<'_> {
 
     #[inline(always)]
     fn collect(&mut self, kept: &mut CollectionPoint, point: &CollectionPoint) {
-        if self.runs.collects {
+        if self.runs.collects || self.runs.adds {
             self.collect.collect(&mut (), point);
         }
         if self.runs.retraces {
@@ -113,7 +133,7 @@ impl PathObserver for AnyCameraPass<'_> {
 
     #[inline(always)]
     fn end(&mut self, _kept: &mut CollectionPoint, last: Vec3) {
-        if self.runs.collects {
+        if self.runs.collects || self.runs.adds {
             self.collect.end(&mut (), last);
         }
         if self.runs.shows {
@@ -132,6 +152,8 @@ impl CameraPass for AnyCameraPass<'_> {
     fn request(&self) -> CameraPathRequest {
         if self.runs.refers {
             request_of_reference(self.collect.pixel)
+        } else if self.runs.adds {
+            request_of_further_point(self.prefix)
         } else if self.runs.shows {
             self.shown.request()
         } else {
@@ -144,6 +166,9 @@ impl CameraPass for AnyCameraPass<'_> {
     fn store(&mut self, light: &CameraPathLight, kept: &CollectionPoint) {
         if self.runs.collects {
             self.collect.store(light, &());
+        }
+        if self.runs.adds && self.prefix.x == NONE {
+            self.collect.geometry.write(self.collect.pixel, PointGeometry::default());
         }
         if self.runs.refers {
             self.collect.radiance.write(self.collect.pixel, light.radiance);

@@ -13,6 +13,7 @@ mod guided;
 mod inspect;
 mod kim2019;
 mod mirrored;
+mod more_points;
 mod path_history;
 mod reuse;
 mod stability;

@@ -8,6 +8,7 @@ use caustics::render_config::RenderConfig;
 use caustics::shard::Shard;
 use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::pass::balance::BALANCE;
+use caustics_kernels::pass::more_points::MORE_POINTS;
 use caustics_kernels::pass::widen::WIDEN;
 
 use super::stop::Stop;
@@ -78,6 +79,7 @@ pub fn warn_of_reuse(config: &RenderConfig, first: u32) {
 /// Options by which frames reuse earlier ones.
 fn reusing_options(config: &RenderConfig) -> Vec<String> {
     let (method, parts) = (config.method, config.parts());
+    let points = config.collection_points.to_string();
     let all = [
         (!method.keeps.is_empty(), "--method", method.name),
         (!parts.history.keeps.is_empty(), "--history", parts.history.name),
@@ -85,6 +87,7 @@ fn reusing_options(config: &RenderConfig) -> Vec<String> {
         (!parts.emission.stage.keeps.is_empty(), "--emission", parts.emission.name),
         (parts.stages.has(&BALANCE), "--light-paths", "auto"),
         (parts.stages.has(&WIDEN), "--radius-px", "auto"),
+        (parts.stages.has(&MORE_POINTS), "--collection-points", &points),
     ];
     let reuses = all.into_iter().filter(|(reuses, ..)| *reuses);
     reuses.map(|(_, option, value)| format!("{option} {value}")).collect()

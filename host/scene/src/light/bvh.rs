@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::light_bvh::LightBvhNode;
+use caustics_kernels::light::light_bvh;
 use caustics_kernels::light::light_sampling::FEW_LIGHTS;
 use glam::{Vec3, Vec4};
 
@@ -15,12 +16,11 @@ const MARGIN: f64 = 1e-4;
 
 /// Number of nodes of the light BVH over this number of lights: none where they are few, so that vertices sample all of them.
 pub fn node_count(lights: usize) -> usize {
-    let mut nodes = usize::from(lights > FEW_LIGHTS as usize);
-    // The children of the last node come behind all nodes.
-    while nodes > 0 && 3 * nodes + 1 < lights {
-        nodes = 4 * nodes + 1;
+    if lights > FEW_LIGHTS as usize {
+        light_bvh::node_count(light_bvh::levels(lights as u32)) as usize
+    } else {
+        0
     }
-    nodes
 }
 
 /// Share of the candidates of light samples that the light BVH samples; 0 where vertices sample all lights. Power samples the rest,
@@ -46,7 +46,7 @@ pub fn nodes(scene: &Scene, lights: &[Light], flux: f64) -> Vec<LightBvhNode> {
     }
     for (id, node) in nodes.iter_mut().enumerate().rev() {
         let children: [Bounds; 4] = std::array::from_fn(|child| bounds[4 * id + 1 + child]);
-        *node = lanes(&children);
+        *node = node_of(&children);
         bounds[id] = union(&union(&children[0], &children[1]), &union(&children[2], &children[3]));
     }
     nodes
@@ -70,7 +70,7 @@ struct Bounds {
 }
 
 /// Node of four children.
-fn lanes(children: &[Bounds; 4]) -> LightBvhNode {
+fn node_of(children: &[Bounds; 4]) -> LightBvhNode {
     let lanes = |value: fn(&Bounds) -> f32| Vec4::from_array(children.each_ref().map(value));
     LightBvhNode {
         center_x: lanes(|bounds| 0.5 * (bounds.low.x + bounds.high.x)),
@@ -150,12 +150,12 @@ fn union_of_cones(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
         return b;
     }
     let half = (half_a + between + half_b) / 2.0 + MARGIN;
-    // Turn opposite axes anywhere
-    let across = (axis_b - axis_a * axis_a.dot(axis_b)).try_normalize();
-    let across = across.unwrap_or_else(|| axis_a.any_orthonormal_vector());
     if half >= PI {
         return (a.0, -1.0);
     }
+    // Turn opposite axes anywhere
+    let across = (axis_b - axis_a * axis_a.dot(axis_b)).try_normalize();
+    let across = across.unwrap_or_else(|| axis_a.any_orthonormal_vector());
     let turn = half - MARGIN - half_a;
     ((axis_a * turn.cos() + across * turn.sin()).as_vec3(), half.cos() as f32)
 }

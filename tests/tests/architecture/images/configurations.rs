@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 
 use caustics::render_config::RenderConfig;
 use caustics_bench::parameter::{
-    AUTO, GATHER, MAX_BOUNCES, METHOD, PARAMETERS, PATHS_PER_PIXEL, Parameter, RADIUS_PX, RUNNER, Values,
+    AUTO, COLLECTION_POINTS, GATHER, MAX_BOUNCES, METHOD, PARAMETERS, PATHS_PER_PIXEL, Parameter, RADIUS_PX,
+    RUNNER, Values,
 };
 use caustics_bench::run_config::RunConfig;
 use caustics_kernels::gather::variant::{self, Variant};
@@ -55,6 +56,7 @@ fn values(parameter: &'static Parameter) -> Vec<String> {
         }
         Values::Numbers(_) if *parameter == PATHS_PER_PIXEL => texts(&["p2", "p0.1", AUTO]),
         Values::Numbers(_) if *parameter == RADIUS_PX => texts(&["1", "2.5", AUTO]),
+        Values::Numbers(_) if *parameter == COLLECTION_POINTS => texts(&["1", "16"]),
         Values::Numbers(_) if *parameter == MAX_BOUNCES => texts(&["5", "1", "2", "9"]),
         Values::Numbers(_) => {
             panic!("{parameter:?} is new: choose numbers of it to compare images in")
@@ -117,6 +119,7 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
         light_paths: _,
         max_bounces: _,
         radius: _,
+        collection_points: _,
         history: _,
         denoiser: _,
         emission: _,

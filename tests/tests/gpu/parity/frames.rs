@@ -4,13 +4,14 @@ use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
-use caustics_kernels::gather::variant::{self, Variant};
+use caustics_kernels::gather::variant;
 use caustics_kernels::interface::choice::{Caustics, LightSampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::method::Parts;
 use caustics_kernels::method::basic;
 use caustics_kernels::method::path::PATH;
+use caustics_kernels::pass::more_points::MAX_POINTS;
 use caustics_kernels::pass::step::STEP_HIT;
 use caustics_tests::compare::{Tolerance, floats, words};
 use caustics_tests::gpu::{gpu, watched_gpu};
@@ -26,16 +27,8 @@ use super::config;
 const FRAMES: u32 = 4;
 
 /// Means of the caustics and of all other light over an image, frame by frame.
-fn means(choice: &RunnerChoice, scene: &Scene, features: Features, variant: &'static Variant) -> [Mean; 2] {
-    let config = RenderConfig { width: 80, height: 45, light_paths: Paths::Count(32_768), ..config() };
-    let mut session = Session::new(
-        choice,
-        scene,
-        &scene.cameras[0],
-        &RenderConfig { gather: Some(variant), ..config.clone() },
-        features,
-    )
-    .unwrap();
+fn means(choice: &RunnerChoice, scene: &Scene, features: Features, config: &RenderConfig) -> [Mean; 2] {
+    let mut session = Session::new(choice, scene, &scene.cameras[0], config, features).unwrap();
     let mean = |image: &[Vec3]| {
         let sum = image.iter().map(|pixel| f64::from(pixel.element_sum())).sum::<f64>();
         sum / (3.0 * image.len() as f64)
@@ -47,12 +40,16 @@ fn means(choice: &RunnerChoice, scene: &Scene, features: Features, variant: &'st
         caustics.push(mean(&image.caustics));
         path.push(mean(&image.path));
     }
+    if config.collection_points > 1 {
+        let slots: Vec<[u32; 2]> = session.read("point_slots").unwrap();
+        assert!(slots.iter().filter(|[_, further]| *further > 0).count() > 20, "further points");
+    }
     [Mean::from_samples(&caustics), Mean::from_samples(&path)]
 }
 
 #[test]
 fn image_means_agree_within_three_sigma() {
-    image_means_agree(&[("mirror-room", load("mirror-room"))]);
+    image_means_agree(&[("mirror-room", load("mirror-room"))], &frames());
 }
 
 #[test]
@@ -61,23 +58,39 @@ fn image_means_agree_under_every_kind_of_light() {
     let texel = |index: u32| Vec3::splat(if index == 13 { 5.0 } else { 0.02 * (16 - index / 8) as f32 });
     let sky = EnvironmentMap::new(8, 4, (0..32).map(texel).collect());
     under_a_sky.set_environment(sky).expect("the sky is sound");
-    image_means_agree(&[
-        ("a spot and a directional light", open_air().build()),
-        ("both, and a sky with a bright patch", under_a_sky),
-        ("more lights than are all sampled", room_of_lights(7).build()),
-    ]);
+    image_means_agree(
+        &[
+            ("a spot and a directional light", open_air().build()),
+            ("both, and a sky with a bright patch", under_a_sky),
+            ("more lights than are all sampled", room_of_lights(7).build()),
+        ],
+        &frames(),
+    );
+}
+
+/// Caustics in a rough mirror, by one point a pixel and by several: both runners choose some.
+#[test]
+fn image_means_agree_with_several_points_a_pixel() {
+    let scenes = [("glossy-room", load("glossy-room"))];
+    image_means_agree(&scenes, &RenderConfig { collection_points: MAX_POINTS, ..frames() });
+}
+
+fn frames() -> RenderConfig {
+    RenderConfig { width: 80, height: 45, light_paths: Paths::Count(32_768), ..config() }
 }
 
 /// Compares by one gather per tracer: the others give the same bits, by `gathers_on_the_gpu_equal_each_other` and
 /// `every_gather_on_the_gpu_matches_brute_force_to_the_bit`. All scenes use the same kernels, which are compiled once.
-fn image_means_agree(scenes: &[(&str, Scene)]) {
+fn image_means_agree(scenes: &[(&str, Scene)], config: &RenderConfig) {
     let Some(gpu) = gpu() else { return };
-    let features = needs(scenes.iter().map(|(_, scene)| scene), &config());
+    let features = needs(scenes.iter().map(|(_, scene)| scene), config);
+    let by_gather = |gather| RenderConfig { gather: Some(gather), ..config.clone() };
     for (title, scene) in scenes {
-        let cpu = means(&RunnerChoice::Cpu { threads: 0 }, scene, features, &variant::PHOTONS_GRID);
+        let cpu =
+            means(&RunnerChoice::Cpu { threads: 0 }, scene, features, &by_gather(&variant::PHOTONS_GRID));
         for &hardware in gpu.tracers() {
             let variant = if hardware { &variant::POINTS_RT } else { &variant::PHOTONS_GRID };
-            let gpu = means(&gpu.choice(hardware), scene, features, variant);
+            let gpu = means(&gpu.choice(hardware), scene, features, &by_gather(variant));
             for (layer, cpu, gpu) in [("caustics", cpu[0], gpu[0]), ("path", cpu[1], gpu[1])] {
                 let sigmas = cpu.sigmas(&gpu);
                 eprintln!(

@@ -199,7 +199,7 @@ fn weights_of_paths_through_white_rough_glass_have_a_second_moment_of_at_most_1(
         world.params.quantum = 2.0f32.powi(-40);
         let (mut tracer, mut tally, mut escapes) = (world.tracer(), Tally::default(), Escapes::default());
         for pixel in 0..world.params.pixel_count() {
-            let start = CameraPathStart::new(Stream::Reference, pixel, &world.params);
+            let start = CameraPathStart::new(Stream::Reference, 0, pixel, &world.params);
             let context =
                 PathContext { params: &world.params, features: world.features, scene: world.tables() };
             trace_camera_path(start, suffix, context, &mut tracer, &mut escapes, &mut tally);

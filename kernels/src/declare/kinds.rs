@@ -61,8 +61,7 @@ pub type Starts = fn(
 pub type Steps = fn(&FrameParams) -> Vec<Step>;
 
 /// A stage of a frame: steps that are switched on together, by the slots of the frame that they run in. Frames without light
-/// paths are dark: they skip `before_light`, `after_gather`,
-/// `after_resolve` and `gather_again`.
+/// paths are dark: they skip `before_light`, `after_gather`, `after_resolve` and `gather_again`.
 #[derive(Clone, Copy)]
 pub struct FrameStage {
     /// Name of the stage.

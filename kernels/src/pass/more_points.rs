@@ -27,7 +27,7 @@ use crate::interface::seen::PixelNoise;
 use crate::math::mean;
 use crate::math::rng::Stream;
 use crate::pass::resolve::estimate_radiance;
-use crate::pass::weigh::kept;
+use crate::pass::weigh::{MAX_LIGHT, kept};
 use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
 use crate::path::camera_path::{CameraPathLight, CameraSuffix};
 use crate::path::observer::{CollectionPoint, PathObserver};
@@ -60,8 +60,6 @@ pub const MAX_POINTS: u32 = 16;
 const FRAME_COST: f32 = 4.0;
 /// Number of pixels to each side over which variances are averaged.
 const AROUND: u32 = 2;
-/// Largest light whose variance counts (W m^-2 sr^-1): its square is an f32.
-const MAX_LIGHT: f32 = 1.0e15;
 
 /// Chooses the number of points of each pixel.
 #[pass(name = "points.count", over = params.pixel_count(), work = Guide)]

@@ -65,7 +65,7 @@ const DARK: f32 = 0.1;
 /// Squares of light below this have no inverse in an f32.
 const MIN_SQUARE: f32 = 1.0e-37;
 /// Largest light of a frame that counts (W m^-2 sr^-1): its square has an inverse.
-const MAX_LIGHT: f32 = 1.0e15;
+pub const MAX_LIGHT: f32 = 1.0e15;
 /// Number of pixels to each side over which the light of a pixel is averaged.
 const AROUND: u32 = 2;
 

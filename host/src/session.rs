@@ -13,7 +13,7 @@ use caustics_kernels::interface::auxiliary::Auxiliary as AuxiliaryRecord;
 use caustics_kernels::interface::balance::Balance;
 use caustics_kernels::interface::choice::LightSampler;
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::frame::{Camera, FrameParams};
+use caustics_kernels::interface::frame::{Camera, FIRST_FRAME, FrameParams};
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::light_bvh::LightBvhNode;
 use caustics_kernels::interface::point::PointGeometry;
@@ -485,7 +485,7 @@ impl Session {
     pub fn params(&self, frame: u32) -> FrameParams {
         let params = FrameParams {
             previous_camera: self.previous_camera,
-            moved: u32::from(self.moved),
+            moved: if self.previous_frame.is_some() { u32::from(self.moved) } else { FIRST_FRAME },
             sequence: self.config.sequence(frame),
             ..self.params
         };
@@ -547,7 +547,7 @@ impl Session {
         let mut last = Last { params, ..Last::default() };
         let mut times = Vec::with_capacity(steps.len());
         let mut rest = &steps[..];
-        if let Some((index, started)) = overwritten(&steps, shoot) {
+        if let Some((index, started)) = overwritten(&steps, shoot, params.light_path_count) {
             last.started_before = started;
             if self.keeps_starts {
                 times.extend(self.runner.run(&params, &steps[..index])?);

@@ -10,7 +10,7 @@ pub use described::{Access, Bound, OnCpu, Pass, Work};
 #[cfg(not(target_arch = "spirv"))]
 pub(crate) use kinds::equal_by_name;
 #[cfg(not(target_arch = "spirv"))]
-pub use kinds::{Denoiser, Emission, FrameStage, History, Starts, Steps};
+pub use kinds::{Denoiser, Emission, FrameStage, History, Pilot, Starts, Steps};
 #[cfg(not(target_arch = "spirv"))]
 pub use on_cpu::{BufferError, Buffers, Call, LocalCounters};
 #[cfg(not(target_arch = "spirv"))]

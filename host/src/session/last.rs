@@ -23,12 +23,12 @@ pub fn reads(pass: &'static Pass) -> impl Iterator<Item = &'static Bound> {
 }
 
 /// Finds the first step that overwrites a buffer of `shoot` after light paths have started. Returns its index and the
-/// number of started light paths.
-pub fn overwritten(steps: &[Step], shoot: &'static Pass) -> Option<(usize, u32)> {
+/// number of started light paths. Training paths, whose indices follow the `count` paths of the frame, are left out.
+pub fn overwritten(steps: &[Step], shoot: &'static Pass, count: u32) -> Option<(usize, u32)> {
     let mut started = 0;
     steps.iter().enumerate().find_map(|(index, step)| {
         let Step::Dispatch { pass, dispatch, .. } = *step else { return None };
-        if pass == shoot {
+        if pass == shoot && dispatch.first < count {
             started += dispatch.count;
         }
         let overwrites = pass.written().any(|bound| reads(shoot).any(|read| read.name == bound.name));
@@ -41,10 +41,11 @@ mod tests {
     use super::*;
     use caustics_kernels::emission;
     use caustics_kernels::gather::variant::BRUTE;
+    use caustics_kernels::interface::frame::FIRST_FRAME;
     use caustics_kernels::method::{BASIC, Parts};
 
     #[test]
-    fn guided_emission_overwrites_its_starts_after_the_pilot() {
+    fn guided_emission_overwrites_its_starts_after_the_pilot_and_not_after_training() {
         let params = |moved| FrameParams {
             width: 4,
             height: 4,
@@ -55,12 +56,15 @@ mod tests {
             moved,
             ..FrameParams::default()
         };
-        for (emission, moved, expected) in
-            [(&emission::GUIDED, 1, Some(100)), (&emission::GUIDED, 0, None), (&emission::AIMED, 1, None)]
-        {
+        for (emission, moved, expected) in [
+            (&emission::GUIDED, 1, Some(100)),
+            (&emission::GUIDED, 0, None),
+            (&emission::GUIDED, FIRST_FRAME, None),
+            (&emission::AIMED, 1, None),
+        ] {
             let params = params(moved);
             let steps = BASIC.frame_steps(Parts { emission, ..Parts::from(&BRUTE) }, &params);
-            let found = overwritten(&steps, emission.shoot);
+            let found = overwritten(&steps, emission.shoot, params.light_path_count);
             assert_eq!(found.map(|(_, started)| started), expected, "{}, {moved}", emission.name);
         }
     }

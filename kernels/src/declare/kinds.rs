@@ -60,6 +60,16 @@ pub type Starts = fn(
 /// Steps of a frame with these settings.
 pub type Steps = fn(&FrameParams) -> Vec<Step>;
 
+/// Light paths that a stage learns from before the other paths of a frame start. After something moved, they are the first eighth
+/// of the frame's paths. Before the first frame, they are training paths, whose light is not shown.
+#[derive(Clone, Copy, Debug)]
+pub struct Pilot {
+    /// Paths that this frame has gathered so far (eighths of its number of light paths).
+    pub gathered: u32,
+    /// Whether pixels had weights that knew of caustics when the paths started. Else the scores of the paths mean nothing.
+    pub has_weights: bool,
+}
+
 /// A stage of a frame: steps that are switched on together, by the slots of the frame that they run in. Frames without light
 /// paths are dark: they skip `before_light`, `after_gather`, `after_resolve` and `gather_again`.
 #[derive(Clone, Copy)]
@@ -74,9 +84,8 @@ pub struct FrameStage {
     pub before_denoise: Steps,
     /// Before the first light path.
     pub before_light: Steps,
-    /// After the pilot, before the other light paths start; `None`: there is no pilot. The pilot is the first eighth of the light
-    /// paths of a frame before which something moved.
-    pub after_pilot: Option<Steps>,
+    /// After each pilot, before other light paths start; `None`: there is none.
+    pub after_pilot: Option<fn(&FrameParams, Pilot) -> Vec<Step>>,
     /// After the last photon is gathered.
     pub after_gather: Steps,
     /// After the sums of collection points have become radiance.

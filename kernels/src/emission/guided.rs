@@ -6,8 +6,9 @@
 //! as its texels do.
 //!
 //! In a frame before which something moved, the sums of earlier frames count half. An eighth of the frame's paths, the *pilot*,
-//! is added to the sums before the other paths are sampled. All sums are fixed before the paths that use them are sampled. Frames
-//! and their parts are therefore unbiased and may be averaged.
+//! is added to the sums before the other paths are sampled. Before the first frame it learns from *training paths*, whose light
+//! is not shown. All sums are fixed before the paths that use them are sampled. Frames and their parts are therefore unbiased and may be
+//! averaged.
 
 #[cfg(target_arch = "spirv")]
 use spirv_std::num_traits::Float;
@@ -20,7 +21,6 @@ use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::guide::{GuideMap, GuideSum};
 use crate::interface::light::Light;
-use crate::interface::seen::PixelSum;
 use crate::light::density_map::Node;
 use crate::light::guided::{Guided, GuidingPyramid, map_count, maps_of_group, max_map_count};
 use crate::light::light_pyramid::{GuidedStart, LightNode, LightPyramid, LightRange};
@@ -28,7 +28,7 @@ use crate::math::is_finite;
 use crate::math::quanta::Quanta;
 use crate::pass::weigh::kept;
 #[cfg(not(target_arch = "spirv"))]
-use crate::pass::weigh::{WEIGH, weigh_with_pilot};
+use crate::pass::weigh::{WEIGH, weigh};
 use crate::platform::{AtomicWords, Slots, Words};
 
 crate::shoot_pass!(shared_entry "shoot.guided", |power, guide_maps: &[GuideMap], guide_pyramid: &[f32]| Guided {
@@ -42,7 +42,8 @@ crate::shoot_pass!(shared_entry "shoot.guided", |power, guide_maps: &[GuideMap],
 pub const GUIDED: Emission = Emission {
     name: "guided",
     description: "lights, and directions in the casters' cones, by their contribution to earlier frames",
-    cost: "up to 16 cones a path, an addition per pair of photon and point, and passes over at most a million texels",
+    cost: "up to 16 cones a path, an addition per pair of photon and point, passes over at most a million texels; before the \
+            first frame, light paths as of 1.1 frames",
     limitations: "a frame depends on earlier frames; light that moves by more than about a texel a frame is found only by the first eighth \
             of a frame's paths; casters outside of the cones share a coarse map; of more than 32 lights, neighbours share their maps \
             of directions",
@@ -51,9 +52,13 @@ pub const GUIDED: Emission = Emission {
     starts,
     stage: FrameStage {
         before_light: |params| learn(params, 0),
-        after_pilot: Some(|params| {
-            let mut steps = weigh_with_pilot(params);
-            steps.extend(learn(params, 1));
+        after_pilot: Some(|params, pilot| {
+            let mut steps = weigh(params, pilot.gathered);
+            if pilot.has_weights {
+                steps.extend(learn(params, 1));
+            } else {
+                steps.extend(["start_counts", "start_scores"].map(|buffer| Step::Clear { buffer }));
+            }
             steps
         }),
         keeps: &["guide_maps", "guide_sums", "start_counts", "start_scores"],
@@ -103,7 +108,6 @@ pub fn guide_learn(
     dispatch: Dispatch,
     features: Features,
     image_rows: &[f32],
-    pixel_sums: &[PixelSum],
     guide_maps: &[GuideMap],
     #[len = start_words(params)] mut start_counts: AtomicWords<'_>,
     #[len = start_words(params) * WORDS] mut start_scores: AtomicWords<'_>,
@@ -115,11 +119,6 @@ pub fn guide_learn(
         keep_starts = kept(all / params.light_path_count as f32, params);
         // Scores are relative to the image: where the image became brighter, reduce earlier scores.
         keep_score = keep_starts * image_rows[params.height as usize + 1].min(1.0);
-    }
-    // Forget all scores in the second frame: those of the first pilot knew of no caustic.
-    let is_second = pixel_sums[0].path_frames == 1.0 + kept(1.0, params);
-    if is_second && dispatch.level == 0 {
-        (keep_score, keep_starts) = (0.0, 0.0);
     }
     let (mut map, mut word) = (index / GuidingPyramid::TEXELS, index);
     let mut slot = GuidingPyramid::node(0, index).slot;
@@ -139,7 +138,7 @@ pub fn guide_learn(
     start_counts.set(word, 0);
     let mut score = quanta.to_f32(1.0 / INVERSE_QUANTUM);
     // Bound the score where the map's mean is known, which is then the unit.
-    if !is_second && guide_sums.read(GuidingPyramid::node(GuidingPyramid::TOP, map).slot).score > 0.0 {
+    if guide_sums.read(GuidingPyramid::node(GuidingPyramid::TOP, map).slot).score > 0.0 {
         score = score.min(MAX_SCORE * starts);
     }
     let before = guide_sums.read(slot);
@@ -302,7 +301,6 @@ pub fn guide_shares(
     _index: u32,
     params: &FrameParams,
     lights: &[Light],
-    pixel_sums: &[PixelSum],
     guide_sums: &[GuideSum],
     guide_pyramid: &[f32],
     #[len = max_map_count(params)] mut guide_maps: Slots<'_, GuideMap>,
@@ -317,7 +315,6 @@ pub fn guide_shares(
         }
         map += 1;
     }
-    let is_first = pixel_sums[0].path_frames == 1.0;
     let mut below = 0.0;
     map = 0;
     while map < groups * maps {
@@ -331,12 +328,7 @@ pub fn guide_shares(
             GuideMap {
                 below,
                 share,
-                // Scores of the first pilot are no measure of later scores.
-                unit: if root.score > 0.0 && !is_first {
-                    root.score / root.starts
-                } else {
-                    UNSEEN * even * even
-                },
+                unit: if root.score > 0.0 { root.score / root.starts } else { UNSEEN * even * even },
                 scale: if sum > 0.0 { GuidingPyramid::TEXELS as f32 / sum } else { 0.0 },
             },
         );

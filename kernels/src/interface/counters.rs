@@ -22,7 +22,7 @@ pub enum Counter {
     ShadowRays,
     /// Closest-hit rays of `shoot`.
     LightRays,
-    /// Light paths started.
+    /// Light paths started, without training paths.
     LightPaths,
     /// Light paths cut by the bounce limit while they still carried flux.
     Cut,

@@ -96,7 +96,7 @@ pub struct FrameParams {
     pub caustics: u32,
     /// Choice of lights at camera vertices: `LightSampler`.
     pub light_sampler: u32,
-    /// 1: something moved since the previous frame, or there was none.
+    /// 1: something moved since the previous frame; `FIRST_FRAME`: there was none; else 0.
     pub moved: u32,
     /// Spheres around casters, for an emission into their cones.
     pub casters: Casters,
@@ -213,6 +213,9 @@ impl FrameParams {
 
 /// Invocations of an entry point along x; further rows of them lie along y.
 pub const INVOCATIONS_PER_ROW: u32 = 1 << 21;
+
+/// Value of `FrameParams::moved` in a frame without a previous one.
+pub const FIRST_FRAME: u32 = 2;
 
 /// Number of light paths of a frame per path of its pilot.
 pub const PILOT: u32 = 8;

@@ -44,13 +44,14 @@ impl EmissionCone {
         }
     }
 
-    /// All emission directions of a light.
+    /// All emission directions of a light. Most lights shine down: the middle of a map is its finest part, and around the opposite
+    /// direction its texels are long and thin.
     #[inline(always)]
     pub fn everywhere(light: &Light) -> EmissionCone {
         if light.is_parallel() {
             EmissionCone { middle: Vec3::ZERO, reach: 0.5 * light.radius * light.radius, weight: 1.0 }
         } else {
-            EmissionCone { middle: Vec3::Y, reach: 2.0, weight: 1.0 }
+            EmissionCone { middle: Vec3::NEG_Y, reach: 2.0, weight: 1.0 }
         }
     }
 

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::LazyLock;
 
-use crate::declare::{BufferSpec, Emission, INDEX, Step, Steps, Work, buffers};
+use crate::declare::{BufferSpec, Emission, FrameStage, INDEX, Pilot, Step, Work, buffers};
 use crate::gather::variant::{self, Over, Side, Stage, Variant};
-use crate::interface::frame::{Dispatch, FrameParams, PILOT};
+use crate::interface::frame::{Dispatch, FIRST_FRAME, FrameParams, PILOT};
 use crate::method::{Method, Parts, Stages};
 use crate::pass::collect::COLLECT;
 use crate::pass::display::DISPLAY;
@@ -47,17 +47,25 @@ pub fn frame_steps(
         steps.extend(prepare.clone());
     }
 
-    // After something moved, shoot the pilot and learn from it
-    let after_pilot: Vec<Steps> = parts.all_stages().filter_map(|stage| stage.after_pilot).collect();
-    let has_pilot = params.moved != 0 && !after_pilot.is_empty();
-    let pilot_count = if has_pilot { params.light_path_count / PILOT } else { 0 };
-    if pilot_count > 0 {
-        steps.extend(batches(params, 0..pilot_count).flat_map(&shoot));
-        steps.extend(after_pilot.iter().flat_map(|learn| learn(params)));
+    // Learn from training paths before the first frame, and from a pilot after something moved
+    let pilot_count = params.light_path_count / PILOT;
+    let learns = parts.all_stages().any(|stage| stage.after_pilot.is_some());
+    let has_pilot = params.moved != 0 && pilot_count > 0 && learns;
+    let learn = |pilot: Pilot| {
+        let learn_of = |stage: &FrameStage| Some(stage.after_pilot?(params, pilot));
+        parts.all_stages().filter_map(learn_of).flatten().collect()
+    };
+    let mut first = 0;
+    if has_pilot && params.moved == FIRST_FRAME {
+        steps.extend(train(params, &shoot, learn));
+    } else if has_pilot {
+        first = pilot_count;
+        steps.extend(batches(params, 0..first).flat_map(&shoot));
+        steps.extend(learn(Pilot { gathered: 1, has_weights: true }));
     }
 
     // Shoot and gather the other light paths
-    steps.extend(batches(params, pilot_count..params.light_path_count).flat_map(&shoot));
+    steps.extend(batches(params, first..params.light_path_count).flat_map(&shoot));
     if shoots {
         steps.extend(parts.steps(|stage| stage.after_gather, params));
     }
@@ -66,12 +74,41 @@ pub fn frame_steps(
     steps.push(Step::new(if forgets { history::none::NONE.resolve } else { history.resolve }, params));
     if shoots {
         steps.extend(parts.steps(|stage| stage.after_resolve, params));
-        if pilot_count == 0 && params.light_path_count <= params.light_path_batch {
+        if !has_pilot && params.light_path_count <= params.light_path_batch {
             let gather = [prepare, exchange(parts.gather, params)].concat();
             steps.extend(parts.all_stages().flat_map(|stage| (stage.gather_again)(params, &gather)));
         }
     }
     steps.push(Step::new(&DISPLAY, params));
+    steps
+}
+
+/// Training paths, in three parts (eighths of the first frame's number of light paths). The first part shows where
+/// caustics are, so that scores of the second count. The third starts where the second found them.
+const TRAINING: [u32; 3] = [1, 4, 4];
+
+/// Number of training paths of a first frame with this number of light paths.
+pub fn training_paths(light_path_count: u32) -> u64 {
+    u64::from(TRAINING.iter().sum::<u32>()) * u64::from(light_path_count / PILOT)
+}
+
+/// Steps of the training before the first frame: stages learn from light paths whose light is not shown. Their indices, and so their
+/// random numbers, follow those of the frame's own paths.
+fn train(
+    params: &FrameParams,
+    shoot: impl Fn(Batch) -> Vec<Step>,
+    learn: impl Fn(Pilot) -> Vec<Step>,
+) -> Vec<Step> {
+    let mut steps = Vec::new();
+    let (mut end, mut gathered) = (params.light_path_count, 0);
+    for eighths in TRAINING {
+        let (start, has_weights) = (end, gathered > 0);
+        end += eighths * (params.light_path_count / PILOT);
+        gathered += eighths;
+        steps.extend(batches(params, start..end).flat_map(&shoot));
+        steps.extend(learn(Pilot { gathered, has_weights }));
+    }
+    steps.push(Step::Clear { buffer: "accumulator" });
     steps
 }
 
@@ -200,7 +237,6 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::declare::FrameStage;
     use crate::gather::variant::{BRUTE, PHOTONS_GRID, PHOTONS_RT, POINTS_BVH, POINTS_GRID, POINTS_RT};
     use crate::history::auxiliary::AUXILIARY_LAYERS;
     use crate::history::path::PATH_HISTORY;

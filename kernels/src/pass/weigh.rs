@@ -19,7 +19,7 @@ pub const WEIGH: FrameStage = FrameStage {
     // Add what camera paths found, and weigh pixels.
     before_light: |params| {
         let mut steps = vec![Step::new(&WEIGH_SEEN, params)];
-        steps.extend(steps_of(params, 0));
+        steps.extend(weigh(params, 0));
         steps
     },
     // Add what light paths brought.
@@ -28,16 +28,11 @@ pub const WEIGH: FrameStage = FrameStage {
     ..FrameStage::new("weigh")
 };
 
-/// Steps that weigh pixels once more, with the light of the frame's pilot.
+/// Steps that weigh pixels, with the light that this frame has gathered so far (eighths of its light paths).
 #[cfg(not(target_arch = "spirv"))]
-pub fn weigh_with_pilot(params: &FrameParams) -> Vec<Step> {
-    steps_of(params, 1)
-}
-
-#[cfg(not(target_arch = "spirv"))]
-fn steps_of(params: &FrameParams, time: u32) -> Vec<Step> {
+pub fn weigh(params: &FrameParams, gathered: u32) -> Vec<Step> {
     vec![
-        Step::level(&WEIGH_MEANS, time, params.pixel_count()),
+        Step::level(&WEIGH_MEANS, gathered, params.pixel_count()),
         Step::level(&WEIGH_ROWS, 0, params.height),
         Step::level(&WEIGH_ROWS, 1, 1),
         Step::new(&WEIGH_PIXELS, params),
@@ -100,7 +95,7 @@ pub fn weigh_learn(
     pixel_sums.write(pixel, PixelSum { caustics, caustic_frames: sum.caustic_frames + 1.0, ..sum });
 }
 
-/// Mean light of each pixel. Level 1 adds the pilot, as the part of a frame that it is.
+/// Mean light of each pixel. The level is the number of light paths that this frame has gathered so far (eighths of all).
 #[pass(name = "weigh.means", over = params.pixel_count(), work = Guide)]
 pub fn weigh_means(
     pixel: u32,
@@ -116,10 +111,10 @@ pub fn weigh_means(
     let point = &point_geometry[pixel as usize];
     if dispatch.level > 0 {
         if point.exists() {
-            let (pilot, _) = GatheredSum::read(accumulator, pixel, params.quantum);
-            sum.caustics += mean(estimate_radiance(point, &point_shading[pixel as usize], pilot));
+            let (gathered, _) = GatheredSum::read(accumulator, pixel, params.quantum);
+            sum.caustics += mean(estimate_radiance(point, &point_shading[pixel as usize], gathered));
         }
-        sum.caustic_frames += 1.0 / PILOT as f32;
+        sum.caustic_frames += dispatch.level as f32 / PILOT as f32;
     }
     pixel_means.write(pixel, sum.mean());
 }

@@ -314,8 +314,11 @@ impl LightPath {
     /// Counts what happened on the path.
     #[inline(always)]
     fn count<C: Atomics>(self, index: u32, params: &FrameParams, counters: &mut C) {
-        self.ledger.close(index, params.inverse_quantum(), counters);
-        counters.add(Counter::LightPaths as u32, 1);
+        // Training paths follow those of the frame; their work counts, they and their energy do not.
+        if index < params.light_path_count {
+            self.ledger.close(index, params.inverse_quantum(), counters);
+            counters.add(Counter::LightPaths as u32, 1);
+        }
         counters.add(Counter::LightRays as u32, self.rays);
         count_rare(Counter::Photons, self.photons, counters);
         count_rare(Counter::Cut, self.cut, counters);

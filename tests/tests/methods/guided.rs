@@ -6,6 +6,7 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
 use caustics_kernels::gather::variant::{self, PHOTONS_GRID, Variant};
+use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::guide::GuideSum;
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
@@ -187,13 +188,57 @@ fn guiding_sums_add_up_at_rest_and_halve_under_motion() {
         let sums: Vec<GuideSum> = session.read("guide_sums").expect("sums");
         f64::from(sums.last().expect("a total").starts) / f64::from(paths)
     };
-    // The first frame counts its pilot, which knew of no caustic and is forgotten then.
-    let pilot = 1.0 / 8.0;
-    assert_eq!(starts(&mut session, &scene, 0), pilot);
-    assert_eq!(starts(&mut session, &scene, 1), 1.0 - pilot);
-    assert_eq!(starts(&mut session, &scene, 2), 2.0 - pilot);
+    // The first frame learns from two parts of its training paths, each half as many as its own.
+    assert_eq!(starts(&mut session, &scene, 0), 1.0);
+    assert_eq!(starts(&mut session, &scene, 1), 2.0);
     scene.pose(0.1).expect("a pose");
-    assert_eq!(starts(&mut session, &scene, 3), 0.5 * (2.0 - pilot) + 1.0 + pilot);
+    // Half of the sums, the paths of the last frame, and this frame's pilot.
+    assert_eq!(starts(&mut session, &scene, 2), 0.5 * 2.0 + 1.0 + 0.125);
+}
+
+/// A small light over a wide slab, through which all light reaches the floor: no light that camera paths find tells where a caustic
+/// is. Each frame has less than a third of the variance of aimed emission, the first one included.
+#[test]
+fn the_first_frame_has_learnt_where_all_light_is_a_caustic() {
+    let mut b = Builder::default();
+    let (floor, slab) = (b.material(lambert(0.6)), b.material(glass(1.5)));
+    let emissive = b.material(emitter(1000.0));
+    b.panel(floor, DVec3::ZERO, 0.5 * DVec3::Z, 0.5 * DVec3::X);
+    b.block(slab, DVec3::new(-3.0, 1.0, -3.0), DVec3::new(3.0, 1.05, 3.0), false);
+    b.panel(emissive, DVec3::new(0.0, 2.0, 0.0), 0.05 * DVec3::X, 0.05 * DVec3::Z);
+    b.camera(DVec3::new(0.0, 0.6, 1.2), DVec3::ZERO, 0.25);
+    let scene = b.build();
+    let reference = Reference::for_scene(&scene);
+    let measured = |emission, frame| {
+        let images = frames(&scene, emission, 16_384, frame);
+        (light(&images), reference.variance(&images, true))
+    };
+    let (aimed, first, third) = (measured(&AIMED, 0), measured(&GUIDED, 0), measured(&GUIDED, 2));
+    println!("aimed {aimed:?}, guided: first frame {first:?}, third {third:?}");
+    for found in [first, third] {
+        assert!(found.0.agrees(&aimed.0, 3.0) && found.0.error < 0.05 * found.0.value);
+        assert!(found.1 < aimed.1 / 3.0);
+    }
+}
+
+/// Training paths teach the first frame and add nothing to it: neither light nor energy.
+#[test]
+fn training_paths_add_neither_light_nor_energy() {
+    let scene = committed("cornell-box");
+    let features = scene.features(RenderConfig::default().specular_roughness) | Features::LEDGER;
+    let config = RenderConfig { method: &BASIC, gather: Some(&PHOTONS_GRID), ..config(16_384, 5) };
+    let mut session = Session::new(&CPU, &scene, &scene.cameras[0], &config, features).expect("a session");
+    let measured = |session: &mut Session, frame: u32| {
+        let light = sum(&caustics(session, frame));
+        (light, session.energy().expect("a ledger").emitted)
+    };
+    let found: Vec<(f64, f64)> = (0..6).map(|frame| measured(&mut session, frame)).collect();
+    println!("light and emitted flux by frame: {found:?}");
+    let (first, others) = (found[0], &found[1..]);
+    let light = Mean::from_samples(&others.iter().map(|(light, _)| *light).collect::<Vec<_>>());
+    let emitted = Mean::from_samples(&others.iter().map(|(_, emitted)| *emitted).collect::<Vec<_>>());
+    // With the light of training paths the first frame would have twice as much.
+    assert!((first.0 / light.value - 1.0).abs() < 0.1 && (first.1 / emitted.value - 1.0).abs() < 0.1);
 }
 
 /// A caster that was elsewhere in the last frame: the pilot finds it. Each frame has at most half of the variance by
@@ -315,20 +360,21 @@ fn light_beside_others(others: u32) -> Scene {
     b.build()
 }
 
-/// Light pyramids find the light that makes the caustic. Before they have learnt, the variance is above the limit.
+/// Light pyramids find the light that makes the caustic. Without them, by aimed emission, the variance is above the limit.
 #[test]
 fn one_light_of_201_has_at_most_twice_the_variance_of_one_alone() {
     let (alone, many) = (light_beside_others(0), light_beside_others(200));
     assert_eq!((alone.lights.len(), many.lights.len()), (2, 402));
     let reference = Reference::for_scene(&alone);
-    let measured = |scene: &Scene, frame| {
-        let images = frames(scene, &GUIDED, 20_000, frame);
+    let measured = |scene: &Scene, emission, frame| {
+        let images = frames(scene, emission, 20_000, frame);
         (light(&images), reference.variance(&images, true))
     };
-    let (alone, first, learnt) = (measured(&alone, 12), measured(&many, 0), measured(&many, 12));
-    println!("one light {alone:?}; of 201, in the first frame {first:?}, later {learnt:?}");
+    let (alone, learnt) = (measured(&alone, &GUIDED, 12), measured(&many, &GUIDED, 12));
+    let aimed = measured(&many, &AIMED, 0);
+    println!("one light {alone:?}; of 201, aimed {aimed:?}, guided {learnt:?}");
     assert!(learnt.0.agrees(&alone.0, 3.0) && alone.0.error < 0.05 * alone.0.value);
-    assert!(learnt.1 <= 2.0 * alone.1 && first.1 > 2.0 * alone.1);
+    assert!(learnt.1 <= 2.0 * alone.1 && aimed.1 > 2.0 * alone.1);
 }
 
 /// Mirrors all around: no caster has a cone, and the map of all directions learns which of them the image sees.
@@ -368,8 +414,8 @@ fn a_gpu_learns_light_pyramids_as_the_cpu_does() {
 }
 
 /// Three frames on a GPU, by every tracer, match the CPU's with all learnt data; those of another seed do not. A path
-/// that rounding leads elsewhere and that brings much light moves a map, and all starts after it. By ray queries one of
-/// three seeds may have such a path.
+/// that rounding leads elsewhere and that brings much light moves a map, and all starts after it. Two of six
+/// seeds may have such a path.
 fn learns_on_a_gpu(scene: &Scene) {
     let Some(gpu) = watched_gpu() else { return };
     let frames = |choice: &RunnerChoice, seed| {
@@ -384,18 +430,17 @@ fn learns_on_a_gpu(scene: &Scene) {
             sum / a[buffer].iter().map(|&value| f64::from(value)).sum::<f64>()
         })
     };
-    let seeds = [4, 5, 6];
+    let seeds = [4, 5, 6, 7, 8, 9];
     let want = seeds.map(|seed| frames(&CPU, seed));
     let apart = difference(&want[0], &want[1]);
     for &hardware in gpu.tracers() {
         let choice = gpu.choice(hardware);
-        let found = [0, 1, 2].map(|run| difference(&want[run], &frames(&choice, seeds[run])));
+        let found = [0, 1, 2, 3, 4, 5].map(|run| difference(&want[run], &frames(&choice, seeds[run])));
         println!(
             "ray queries {hardware}: caustics and maps differ by {found:?}, those of another seed by {apart:?}"
         );
         let agree = |run: &&[f64; 2]| (0..2).all(|buffer| run[buffer] < 0.1 * apart[buffer]);
-        let min_count = if hardware { 2 } else { 3 };
-        assert!(found.iter().filter(agree).count() >= min_count, "{found:?}");
+        assert!(found.iter().filter(agree).count() >= 4, "{found:?}");
     }
 }
 

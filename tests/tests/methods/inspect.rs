@@ -151,8 +151,9 @@ fn inspected_photons_sum_to_the_pixel_for_every_emission_and_caustics_setting() 
             for caustics in [Caustics::First, Caustics::Any] {
                 for emission in [&POWER, &AIMED, &GUIDED] {
                     let mut session = open(&scene, config(emission, caustics), method);
-                    // The first frame has a pilot where the emission learns; the second uses its result.
+                    // Where the emission learns, the first frame has training paths, and the second a pilot.
                     for frame in 0..2 {
+                        session.jump();
                         session.frame(frame).expect("a frame");
                         let image = session.image().expect("an image");
                         for pixel in pixels(&image.photons, &image.depth) {
@@ -304,7 +305,10 @@ fn inspection_skips_and_counts_pilot_paths_whose_maps_are_gone() {
     let scene = committed("mirror-room");
     let mut session = open(&scene, config(&GUIDED, Caustics::First), &method::BASIC);
     session.keep_starts(false);
-    for (frame, skipped) in [(0, 12_000 / 8), (1, 0)] {
+    for (frame, moves, skipped) in [(0, false, 0), (1, false, 0), (2, true, 12_000 / 8)] {
+        if moves {
+            session.jump();
+        }
         session.frame(frame).expect("a frame");
         let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 0).expect("a pixel");
         let photons = found.photons.expect("photons");
@@ -319,6 +323,7 @@ fn keeping_emission_maps_for_inspection_changes_no_bit() {
         let mut session = open(&scene, config(&GUIDED, Caustics::First), &method::BASIC);
         session.keep_starts(keeps);
         [0, 1].map(|frame| {
+            session.jump();
             session.frame(frame).expect("a frame");
             session.image().expect("an image")
         })

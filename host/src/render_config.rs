@@ -11,7 +11,8 @@ use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::choice::{
-    Caustics, Fireflies, LightSampler, PathHistory, PixelFilter, Sampler, TextureFilter, ThinWalls,
+    Caustics, Fireflies, IndirectShare, LightSampler, PathHistory, PixelFilter, Sampler, TextureFilter,
+    ThinWalls,
 };
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::sequence::Sequence;
@@ -19,6 +20,7 @@ use caustics_kernels::method::{self, Method, Parts, Stages};
 use caustics_kernels::pass::balance::BALANCE;
 use caustics_kernels::pass::bound::BOUND;
 use caustics_kernels::pass::more_points::MORE_POINTS;
+use caustics_kernels::pass::share::SHARE;
 use caustics_kernels::pass::widen::WIDEN;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -111,6 +113,9 @@ pub struct RenderConfig {
     /// Reuse of path-traced light from the previous frame, in methods that do not converge.
     #[serde(with = "by_name")]
     pub path_history: PathHistory,
+    /// Sharing of indirect light between collection points. References share none.
+    #[serde(with = "by_name")]
+    pub indirect_share: IndirectShare,
     /// Treatment of fireflies, in methods that do not converge.
     #[serde(with = "by_name")]
     pub fireflies: Fireflies,
@@ -146,6 +151,7 @@ impl Default for RenderConfig {
             sampler: Sampler::Independent,
             batches: 1,
             path_history: PathHistory::None,
+            indirect_share: IndirectShare::None,
             fireflies: Fireflies::Kept,
             auxiliary: false,
         }
@@ -185,6 +191,7 @@ impl RenderConfig {
             light_sampler: _,
             sampler: _,
             path_history: _,
+            indirect_share: _,
             fireflies: _,
         } = *image;
         RenderConfig {
@@ -233,6 +240,7 @@ impl RenderConfig {
             sampler: _,
             batches: _,
             path_history: _,
+            indirect_share: _,
             fireflies: _,
             auxiliary: _,
         } = *self;
@@ -293,6 +301,12 @@ impl RenderConfig {
         self.method.chooses_gather && *self.history == history::NONE
     }
 
+    /// Whether `indirect_share` applies: to collection points whose path-traced light nothing else smooths or reuses.
+    pub fn can_share_indirect(&self) -> bool {
+        let keeps_path = self.path_history == PathHistory::Validated && !self.method.converges;
+        self.method.chooses_gather && *self.denoiser == denoiser::NONE && !keeps_path
+    }
+
     /// Returns the features to compile into the kernels for a scene in its pose.
     pub fn features(&self, scene: &Scene) -> Features {
         self.features.features(scene, self.specular_roughness)
@@ -329,6 +343,7 @@ impl RenderConfig {
             .with(&BALANCE, self.light_paths == Paths::Auto && method.gathers)
             .with(&WIDEN, self.radius == Radius::Auto && method.chooses_gather)
             .with(&MORE_POINTS, self.collection_points > 1 && self.can_add_points())
+            .with(&SHARE, self.indirect_share == IndirectShare::Points && self.can_share_indirect())
             .with(&BOUND, self.fireflies == Fireflies::Bounded && !method.converges)
             .with(&PATH_HISTORY, keeps_path && method.gathers && !method.converges)
             .with(&AUXILIARY_LAYERS, self.auxiliary);
@@ -404,6 +419,7 @@ mod tests {
             ("sampler", json!("blue")),
             ("batches", json!(4)),
             ("path_history", json!("validated")),
+            ("indirect_share", json!("points")),
             ("fireflies", json!("bounded")),
             ("auxiliary", json!(true)),
         ]);

@@ -7,6 +7,7 @@ pub mod collect;
 pub mod display;
 pub mod more_points;
 pub mod resolve;
+pub mod share;
 pub mod shoot;
 pub mod step;
 pub mod weigh;

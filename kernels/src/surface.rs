@@ -234,6 +234,12 @@ impl Bsdf {
         probability
     }
 
+    /// Probability that `sample` takes a diffuse lobe.
+    #[inline]
+    pub fn diffuse_probability(&self) -> f32 {
+        self.probabilities.diffuse()
+    }
+
     /// Evaluates the non-delta lobes of `class` in a local direction (pbrt: `f` and `PDF`). f is that of flux, for transmission
     /// (z < 0) too. Zero where the path came from below.
     #[shared]

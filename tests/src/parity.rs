@@ -65,7 +65,10 @@ impl RunnerPair {
         let features = needs([scene], config) | others;
         let params = config.params(scene, &scene.cameras[0], 0);
         // Some emissions aim at casters.
-        let params = FrameParams { casters: scene.casters(config.specular_roughness), ..params };
+        let params = FrameParams {
+            casters: scene.casters(config.specular_roughness, config.passes_thin_walls()),
+            ..params
+        };
         let frame = frame_buffers(&params);
         let steps = STEP_PASSES.map(|pass| Step::new(pass, &FrameParams::default()));
         let of_steps = buffers(&steps, &FrameParams { light_path_batch: STEPS as u32, ..params });

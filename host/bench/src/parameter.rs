@@ -11,7 +11,7 @@ use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::history::History;
 use caustics_kernels::interface::choice::{
-    Caustics, Fireflies, LightSampler, PathHistory, Sampler, ThinWalls,
+    Caustics, Fireflies, IndirectShare, LightSampler, PathHistory, Sampler, ThinWalls,
 };
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
@@ -142,7 +142,7 @@ macro_rules! named {
 }
 
 /// All parameters, in the order of tables.
-pub static PARAMETERS: [&Parameter; 17] = [
+pub static PARAMETERS: [&Parameter; 18] = [
     &METHOD,
     &GATHER,
     &CAUSTICS,
@@ -152,6 +152,7 @@ pub static PARAMETERS: [&Parameter; 17] = [
     &SAMPLER,
     &HISTORY,
     &PATH_HISTORY,
+    &INDIRECT_SHARE,
     &FIREFLIES,
     &DENOISER,
     &RUNNER,
@@ -260,6 +261,22 @@ pub static PATH_HISTORY: Parameter = Parameter {
                 .then_some("makes no collection points, which a history looks for"))
     },
     ..named!(path_history: PathHistory)
+};
+
+/// Sharing of indirect light between collection points.
+pub static INDIRECT_SHARE: Parameter = Parameter {
+    head: "indirect share",
+    description: "Indirect light that collection points share",
+    default: "none",
+    neutral: "none",
+    shown: VisualEncoding::Words("share-", |value| format!("shared {value}")),
+    not_applicable: |run| match run.config.indirect_share {
+        IndirectShare::None => None,
+        _ if !run.config.method.chooses_gather => Some("makes no discs around which points share"),
+        _ => (!run.config.can_share_indirect())
+            .then_some("smooths or reuses path-traced light (--denoiser, --path-history)"),
+    },
+    ..named!(indirect_share: IndirectShare)
 };
 
 /// Treatment of fireflies, rare bright samples of camera paths.

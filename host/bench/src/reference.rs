@@ -27,7 +27,7 @@ use caustics::render_config::RenderConfig;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::Session;
-use caustics_kernels::interface::choice::Sampler;
+use caustics_kernels::interface::choice::{IndirectShare, Sampler};
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::{denoiser, history};
 
@@ -82,6 +82,7 @@ impl<'a> References<'a> {
             seed: SEED,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
+            indirect_share: IndirectShare::None,
             sampler: Sampler::Sobol,
             batches: BATCHES,
             exposure: 0.0,

@@ -140,7 +140,7 @@ mod tests {
     fn the_key_of_a_run_configuration_is_as_it_was() {
         let run = RunConfig::new(&BASIC).with(|config| config.light_paths = Paths::PerPixel(0.5));
         let text = "method basic gather photons-grid caustics first thin_walls passed emission guided light_sampler resampled sampler sobol \
-                    history none path_history none fireflies kept denoiser none runner cpu features scene \
+                    history none path_history none indirect_share none fireflies kept denoiser none runner cpu features scene \
                     paths_per_pixel p0.5 radius_px 1 collection_points 1 max_bounces 5 on Cpu { threads: 0 }";
         assert_eq!(run.key(), text);
     }

@@ -8,6 +8,7 @@ use caustics_kernels::interface::caster::{Caster, Casters, MAX_CASTERS};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::instance::Transform;
 use caustics_kernels::interface::triangle::Triangle;
+use caustics_kernels::surface::thin_wall::is_thin_wall;
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
@@ -17,6 +18,8 @@ use super::{Scene, bvh, geometry};
 /// Minimum gain of a split: the share by which it reduces the surface of the boxes. A gap, or a part beside another, exceeds it.
 /// Halves of a pane or of a ball do not.
 const WORTH: f32 = 0.1;
+/// Weight of walls that light passes: root of the share 2 r / (1 + r) that glass reflects at normal incidence, 0.077.
+const WALL_WEIGHT: f32 = 0.277;
 /// Number of bins along an axis in which splits are tried.
 const BINS: usize = 32;
 /// Maximum number of triangles of a resting mesh in all its instances. Above it, each instance is one box.
@@ -34,7 +37,16 @@ impl Clone for Cuts {
 
 /// Spheres, each in the space of its instance (0: the world).
 #[derive(Debug, Default)]
-pub struct Cut(Vec<(usize, Caster)>);
+pub struct Cut(Vec<CutSphere>);
+
+#[derive(Clone, Copy, Debug)]
+struct CutSphere {
+    instance: usize,
+    /// Whether all its surfaces are thin walls.
+    is_wall: bool,
+    centre: Vec3,
+    radius: f32,
+}
 
 /// Smallest unit of a part: a triangle, or the box around a mesh that is stored once for many instances.
 #[derive(Clone, Copy)]
@@ -46,6 +58,8 @@ enum Piece {
 /// Content of one sphere, from one moving instance or from the world.
 struct Part {
     instance: usize,
+    /// Whether it consists of thin walls; else it has none.
+    is_wall: bool,
     pieces: Vec<Piece>,
     bounds: Aabb,
     /// The best plane to split it, if the gain is worth it.
@@ -61,9 +75,10 @@ struct Split {
 }
 
 impl Scene {
-    /// Returns spheres around the casters at the current pose. Reflections up to `specular_roughness` are specular. Spheres of
-    /// hidden meshes have no radius.
-    pub fn casters(&self, specular_roughness: f32) -> Casters {
+    /// Returns spheres around the casters at the current pose. Reflections up to `specular_roughness` are specular. If light
+    /// passes thin walls, these cast by what they reflect alone, and have a smaller weight. Spheres of hidden meshes have no
+    /// radius.
+    pub fn casters(&self, specular_roughness: f32, passes_thin_walls: bool) -> Casters {
         let cut = {
             let mut cuts = self.casters.0.lock().unwrap_or_else(PoisonError::into_inner);
             let known = cuts.iter().find(|(bits, _)| *bits == specular_roughness.to_bits());
@@ -77,59 +92,35 @@ impl Scene {
             }
         };
         let mut casters = Casters { count: cut.0.len() as u32, ..Casters::default() };
-        for (slot, &(instance, sphere)) in casters.spheres.iter_mut().zip(&cut.0) {
-            *slot = self.posed(instance, sphere);
+        for (slot, sphere) in casters.spheres.iter_mut().zip(&cut.0) {
+            *slot = self.posed(sphere, if passes_thin_walls && sphere.is_wall { WALL_WEIGHT } else { 1.0 });
         }
         casters
     }
 
     /// Transforms a sphere of an instance to the world.
-    fn posed(&self, instance: usize, sphere: Caster) -> Caster {
-        let Some(id) = instance.checked_sub(1) else { return sphere };
+    fn posed(&self, sphere: &CutSphere, weight: f32) -> Caster {
+        let &CutSphere { instance, centre, radius, .. } = sphere;
+        let Some(id) = instance.checked_sub(1) else { return Caster { centre, radius, weight } };
         let Some(to_world) = self.instanced.instance_transforms()[id].to_world else {
             return Caster::default();
         };
-        let radius = sphere.radius * stretch(&to_world) * (1.0 + 1e-6);
-        Caster { centre: to_world.point(sphere.centre), radius }
+        let radius = radius * stretch(&to_world) * (1.0 + 1e-6);
+        Caster { centre: to_world.point(centre), radius, weight }
     }
 }
 
 impl Cut {
     fn for_scene(scene: &Scene, specular_roughness: f32) -> Cut {
-        let casts: Vec<bool> = (0..scene.materials.len())
-            .map(|id| scene.features_of(id, specular_roughness).has(Features::CASTERS))
-            .collect();
-        let is_caster = |id: &usize| casts[scene.surfaces[*id].material as usize];
-        // Put everything that rests into one part with the world's triangles.
-        let (mut still, mut parts) = (Vec::new(), Vec::new());
-        let mut boxes: HashMap<usize, Option<Aabb>> = HashMap::new();
-        let uses = scene.instanced.uses();
-        for (instance, record) in scene.instances.iter().enumerate() {
-            let triangle_ids = || scene.instanced.triangle_ids(instance).filter(is_caster);
-            if record.moving != 0 {
-                parts.extend(Part::new(
-                    instance,
-                    triangle_ids().map(|id| Piece::from_triangle(&scene.triangles[id])).collect(),
-                ));
-                continue;
-            }
-            let mesh = instance.checked_sub(1).map(|id| scene.instanced.instances[id].mesh);
-            match mesh.filter(|&mesh| uses[mesh] * scene.instanced.meshes[mesh].count as usize > MAX_PIECES) {
-                None => still.extend(
-                    triangle_ids()
-                        .map(|id| Piece::from_triangle(&scene.world_triangle(instance as u32, id as u32))),
-                ),
-                Some(mesh) => {
-                    let bounds = || triangle_ids().map(|id| bvh::bounds(&scene.triangles[id]));
-                    let own =
-                        boxes.entry(mesh).or_insert_with(|| bounds().reduce(|all, next| all.union(&next)));
-                    let to_world = scene.instanced.instance_transforms()[instance - 1].to_world;
-                    still
-                        .extend(own.zip(to_world).map(|(own, to_world)| Piece::Box(around(&own, &to_world))));
-                }
-            }
-        }
-        parts.extend(Part::new(0, still));
+        let casts = |is_wall: bool| -> Vec<bool> {
+            let casts = |id| {
+                scene.features_of(id, specular_roughness).has(Features::CASTERS)
+                    && is_thin_wall(&scene.materials[id]) == is_wall
+            };
+            (0..scene.materials.len()).map(casts).collect()
+        };
+        let mut parts: Vec<Part> =
+            [false, true].iter().flat_map(|&is_wall| Part::all(scene, &casts(is_wall), is_wall)).collect();
         // Keep the largest parts if more meshes move than there are spheres.
         parts.sort_by(|a, b| cost(&b.bounds).total_cmp(&cost(&a.bounds)).then(a.instance.cmp(&b.instance)));
         parts.truncate(MAX_CASTERS);
@@ -140,7 +131,7 @@ impl Cut {
             let halves = parts.swap_remove(id).halves(split);
             parts.extend(halves);
         }
-        Cut(parts.iter().map(|part| (part.instance, part.sphere())).collect())
+        Cut(parts.iter().map(Part::sphere).collect())
     }
 }
 
@@ -185,23 +176,58 @@ fn union(bounds: Aabb, points: impl IntoIterator<Item = Vec3>) -> Aabb {
 }
 
 impl Part {
+    /// Parts of the surfaces of some materials: one of all that rests, and one for each moving instance.
+    fn all(scene: &Scene, materials: &[bool], is_wall: bool) -> Vec<Part> {
+        let is_of_part = |id: &usize| materials[scene.surfaces[*id].material as usize];
+        // Put everything that rests into one part with the world's triangles.
+        let (mut still, mut parts) = (Vec::new(), Vec::new());
+        let mut boxes: HashMap<usize, Option<Aabb>> = HashMap::new();
+        let uses = scene.instanced.uses();
+        for (instance, record) in scene.instances.iter().enumerate() {
+            let triangle_ids = || scene.instanced.triangle_ids(instance).filter(is_of_part);
+            if record.moving != 0 {
+                let pieces = triangle_ids().map(|id| Piece::from_triangle(&scene.triangles[id])).collect();
+                parts.extend(Part::new(instance, is_wall, pieces));
+                continue;
+            }
+            let mesh = instance.checked_sub(1).map(|id| scene.instanced.instances[id].mesh);
+            match mesh.filter(|&mesh| uses[mesh] * scene.instanced.meshes[mesh].count as usize > MAX_PIECES) {
+                None => still.extend(
+                    triangle_ids()
+                        .map(|id| Piece::from_triangle(&scene.world_triangle(instance as u32, id as u32))),
+                ),
+                Some(mesh) => {
+                    let bounds = || triangle_ids().map(|id| bvh::bounds(&scene.triangles[id]));
+                    let own =
+                        boxes.entry(mesh).or_insert_with(|| bounds().reduce(|all, next| all.union(&next)));
+                    let to_world = scene.instanced.instance_transforms()[instance - 1].to_world;
+                    still
+                        .extend(own.zip(to_world).map(|(own, to_world)| Piece::Box(around(&own, &to_world))));
+                }
+            }
+        }
+        parts.extend(Part::new(0, is_wall, still));
+        parts
+    }
+
     /// Creates a part; `None` without pieces.
-    fn new(instance: usize, pieces: Vec<Piece>) -> Option<Part> {
+    fn new(instance: usize, is_wall: bool, pieces: Vec<Piece>) -> Option<Part> {
         let bounds = union(Aabb::empty(), pieces.iter().flat_map(Piece::points));
-        let mut part = Part { instance, pieces, bounds, split: None };
+        let mut part = Part { instance, is_wall, pieces, bounds, split: None };
         let splits: Vec<Split> = (0..3).into_par_iter().filter_map(|axis| part.best(axis)).collect();
         part.split = splits.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
         (!part.pieces.is_empty()).then_some(part)
     }
 
     /// The sphere around the centre of its box.
-    fn sphere(&self) -> Caster {
+    fn sphere(&self) -> CutSphere {
         let centre = Vec3::from(self.bounds.center());
         let points = self.pieces.iter().flat_map(Piece::points);
         let square = points.fold(0.0f32, |largest, point| largest.max(point.distance_squared(centre)));
         // Enlarge by some ulp of the largest coordinate, against rounding.
         let largest = self.bounds.min.abs().max(self.bounds.max.abs()).max_element();
-        Caster { centre, radius: square.sqrt() * (1.0 + 1e-6) + 4.0 * f32::EPSILON * largest }
+        let radius = square.sqrt() * (1.0 + 1e-6) + 4.0 * f32::EPSILON * largest;
+        CutSphere { instance: self.instance, is_wall: self.is_wall, centre, radius }
     }
 
     /// Bin of a piece's centre along an axis.
@@ -232,7 +258,10 @@ impl Part {
     fn halves(self, split: Split) -> Vec<Part> {
         let (below, above): (Vec<_>, Vec<_>) =
             self.pieces.iter().partition(|piece| self.bin(split.axis, piece) < split.bin);
-        [below, above].into_par_iter().filter_map(|pieces| Part::new(self.instance, pieces)).collect()
+        [below, above]
+            .into_par_iter()
+            .filter_map(|pieces| Part::new(self.instance, self.is_wall, pieces))
+            .collect()
     }
 }
 
@@ -260,7 +289,7 @@ mod tests {
             let mut scene = committed(name);
             for time in [0.0, 0.7] {
                 scene.pose(time).unwrap();
-                let Casters { spheres, count } = scene.casters(0.25);
+                let Casters { spheres, count } = scene.casters(0.25, true);
                 let casters = &spheres[..count as usize];
                 let mut seen = 0;
                 let instance_triangles =
@@ -284,8 +313,8 @@ mod tests {
     #[test]
     fn specular_roughness_decides_the_caster_spheres() {
         let scene = committed("glossy-room");
-        assert_ne!(scene.casters(0.05), scene.casters(0.6));
-        assert_eq!(scene.casters(0.25), scene.clone().casters(0.25));
+        assert_ne!(scene.casters(0.05, true), scene.casters(0.6, true));
+        assert_eq!(scene.casters(0.25, true), scene.clone().casters(0.25, true));
     }
 
     #[test]

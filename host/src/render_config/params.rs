@@ -7,6 +7,7 @@ use caustics_kernels::interface::frame::{FrameParams, Window};
 use caustics_kernels::interface::guide::LightGroups;
 use caustics_kernels::interface::history::validation_paths;
 use caustics_kernels::pass::more_points::MAX_POINTS;
+use caustics_kernels::pass::share::SHARE_RADIUS_PX;
 use caustics_scene::{Scene, SceneCamera};
 use glam::Vec3;
 
@@ -39,7 +40,7 @@ impl RenderConfig {
         let shoots = caustics && is_lit && self.max_bounces > 1;
         let texture_filter = self.texture_filter.unwrap_or(TextureFilter::Cone);
         let casters = if shoots && self.emission.uses_casters {
-            scene.casters(self.specular_roughness)
+            scene.casters(self.specular_roughness, self.passes_thin_walls())
         } else {
             Casters::default()
         };
@@ -68,6 +69,7 @@ impl RenderConfig {
             light_groups: LightGroups::new(scene.light_keys.len() as u32, casters.count),
             sequence: self.sequence(frame),
             thin_walls: thin_walls as u32,
+            share_radius_px: SHARE_RADIUS_PX,
             collection_points: self.collection_points.clamp(1, MAX_POINTS),
             light_bvh_share: if self.light_sampler == LightSampler::Bvh {
                 scene.light_bvh_share()

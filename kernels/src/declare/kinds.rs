@@ -92,12 +92,16 @@ pub struct FrameStage {
     pub after_resolve: Steps,
     /// After `after_resolve` of all stages, if all photons of the frame are still stored. Gets the steps that gather them.
     pub gather_again: fn(&FrameParams, &[Step]) -> Vec<Step>,
+    /// Before the image is displayed, in dark frames, too.
+    pub before_display: Steps,
     /// At the end of every frame.
     pub at_end: Steps,
     /// Buffers whose contents outlive their frame.
     pub keeps: &'static [&'static str],
     /// Whether it reads the parts of path-traced light (`Features::PARTS`).
     pub reads_parts: bool,
+    /// Whether it reads the indirect light of points (`Features::INDIRECT`).
+    pub reads_indirect: bool,
     /// Stages that it needs.
     pub needs: &'static [&'static FrameStage],
 }
@@ -116,9 +120,11 @@ impl FrameStage {
             after_gather: NO_STEPS,
             after_resolve: NO_STEPS,
             gather_again: |_, _| Vec::new(),
+            before_display: NO_STEPS,
             at_end: NO_STEPS,
             keeps: &[],
             reads_parts: false,
+            reads_indirect: false,
             needs: &[],
         }
     }

@@ -9,10 +9,10 @@ use crate::interface::material::Material;
 use crate::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use crate::math::frame::ShadingFrame;
 use crate::math::max_abs;
-use crate::surface::Bsdf;
 use crate::surface::class::Classes;
 use crate::surface::dispersion::Indices;
 use crate::surface::hemisphere::flip_to_geometric_hemisphere;
+use crate::surface::{Bsdf, albedo};
 use spirv_std::glam::Vec3;
 
 /// Smallest cosine between the normals of a point and of a photon that it takes.
@@ -66,6 +66,12 @@ impl Receiver {
         let (surface, _) =
             Bsdf::new(material, to_viewer, indices, specular_roughness, classes, false, features);
         Receiver { frame, surface }
+    }
+
+    /// Albedo of its diffuse lobes.
+    #[inline(always)]
+    pub fn diffuse_albedo(&self) -> Vec3 {
+        albedo::diffuse(&self.surface)
     }
 
     /// Returns the contribution of a photon to the sum of a collection point (W/sr): f(viewer, light) Phi |n_s . w| / |n_g . w|, with

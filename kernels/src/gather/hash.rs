@@ -2,7 +2,7 @@
 
 use crate::gather::tables::Build;
 use crate::math::clamp;
-use crate::platform::{Atomics, Words};
+use crate::platform::Words;
 use spirv_std::glam::{IVec3, Vec3};
 
 /// Number of slots that are reserved at once; a power of two.
@@ -37,7 +37,13 @@ pub fn slot(cell: IVec3, salt: u32, cell_mask: u32) -> u32 {
 /// the end of each slot's range; the end starts equal to the start.
 #[inline(always)]
 pub fn reserve(slot: u32, build: &mut Build<'_>) {
-    let slots = build.params.cell_mask + 1;
+    reserve_block(slot, build.params.cell_mask, &mut build.index_1, &mut build.index_2);
+}
+
+/// The same, in words of any name.
+#[inline(always)]
+pub fn reserve_block(slot: u32, cell_mask: u32, counts: &mut impl Words, ranges: &mut impl Words) {
+    let slots = cell_mask + 1;
     if slot & (BLOCK - 1) != 0 {
         return;
     }
@@ -45,15 +51,15 @@ pub fn reserve(slot: u32, build: &mut Build<'_>) {
     let mut count = 0;
     let mut one = slot;
     while one < end {
-        count += build.index_1.get(one);
+        count += counts.get(one);
         one += 1;
     }
-    let mut start = if count == 0 { 0 } else { build.index_1.add(slots, count) };
+    let mut start = if count == 0 { 0 } else { counts.add(slots, count) };
     one = slot;
     while one < end {
-        build.index_2.set(2 * one, start);
-        build.index_2.set(2 * one + 1, start);
-        start += build.index_1.get(one);
+        ranges.set(2 * one, start);
+        ranges.set(2 * one + 1, start);
+        start += counts.get(one);
         one += 1;
     }
 }

@@ -11,6 +11,8 @@ pub struct Caster {
     pub centre: Vec3,
     /// Radius (m); 0 marks an empty slot.
     pub radius: f32,
+    /// Factor of the weight by which aimed emission chooses it: 1, or less for walls that light passes.
+    pub weight: f32,
 }
 
 /// Maximum number of spheres.
@@ -26,4 +28,4 @@ pub struct Casters {
     pub count: u32,
 }
 
-const _: () = assert!(size_of::<Caster>() == 16);
+const _: () = assert!(size_of::<Caster>() == 20);

@@ -103,6 +103,15 @@ choice! {
 }
 
 choice! {
+    /// Indirect light that collection points share.
+    IndirectShare
+    /// Each point shows what its own camera path found.
+    None "none" "none: each pixel shows what its own camera path found"
+    /// Points show the mean of the samples of points around them.
+    Points "points" "collection points share samples within a few pixels, fewer with every frame: far less noise, and some blur"
+}
+
+choice! {
     /// Treatment of rare bright samples of camera paths.
     Fireflies
     /// None: frames are unbiased.

@@ -84,6 +84,8 @@ macro_rules! lights_and_others {
             LIGHT_PYRAMIDS "light-pyramids";
             /// Vertices sample lights by the light BVH.
             LIGHT_BVH "light-bvh";
+            /// Collection points share indirect light, so camera paths keep what they find behind them.
+            INDIRECT "indirect";
         }
     };
 }

@@ -110,6 +110,8 @@ pub struct FrameParams {
     pub light_bvh_share: f32,
     /// Maximum number of collection points of a pixel.
     pub collection_points: u32,
+    /// Radius within which collection points share indirect light, relative to the disc of a pixel's footprint area.
+    pub share_radius_px: f32,
 }
 
 /// Position of a dispatch in its pass: the push constants of every pass.
@@ -127,7 +129,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 776);
+const _: () = assert!(size_of::<FrameParams>() == 844);
 
 impl Dispatch {
     /// Number of invocations that run.

@@ -2,7 +2,7 @@
 //! rounded to the precision of a collection point, so that camera paths and light paths see one material.
 
 use caustics_kernel_macros::shared;
-use spirv_std::glam::Vec2;
+use spirv_std::glam::{Vec2, Vec3};
 
 /// Converts a value in [0, 1] to the nearest half float, without its sign.
 #[shared]
@@ -23,6 +23,37 @@ pub fn from_half(half: u32) -> f32 {
         return half as f32 * (1.0 / 16_777_216.0);
     }
     f32::from_bits((half << 13) + (112 << 23))
+}
+
+/// Converts a color without negative channels to three bytes and a common exponent [Ward 1991, Real pixels]. Rounds down after adding
+/// `offsets`, which are in [0, 1): uniform ones keep the mean of colors, also that of dark channels. Below 2^-119 all is zero. Colors
+/// must be below 2^126. No color gives a word of ones.
+#[shared]
+pub fn to_rgbe(color: Vec3, offsets: Vec3) -> u32 {
+    let max = color.max_element();
+    // The exponent of the power of two above the largest channel, biased by 126
+    let mut exponent = max.to_bits() >> 23;
+    if exponent < 8 {
+        return 0;
+    }
+    let mut scale = f32::from_bits((261 - exponent) << 23);
+    if max * scale + 1.0 >= 256.0 {
+        exponent += 1;
+        scale *= 0.5;
+    }
+    let steps = color * scale + offsets;
+    steps.x as u32 | (steps.y as u32) << 8 | (steps.z as u32) << 16 | exponent << 24
+}
+
+/// Converts a word of [`to_rgbe`] to its color.
+#[shared]
+pub fn from_rgbe(word: u32) -> Vec3 {
+    let exponent = word >> 24;
+    if exponent < 8 {
+        return Vec3::ZERO;
+    }
+    let scale = f32::from_bits((exponent - 7) << 23);
+    Vec3::new((word & 255) as f32, (word >> 8 & 255) as f32, (word >> 16 & 255) as f32) * scale
 }
 
 /// Converts a value in [0, 1] to the nearest share of 255.
@@ -72,6 +103,34 @@ mod tests {
                 assert!(off(Vec2::splat(value)).abs().max_element() < 1.0e-7, "a share itself is exact");
             }
         }
+    }
+
+    #[test]
+    fn colors_round_trip_within_a_step_of_their_largest_channel() {
+        let mut state = 1u32;
+        let mut next = || {
+            state = state.wrapping_mul(0x2c92_77b5).wrapping_add(0xac56_4b05);
+            (state >> 8) as f32 / 16_777_216.0
+        };
+        let mut sum = (Vec3::ZERO, Vec3::ZERO);
+        for _ in 0..100_000 {
+            let unit = Vec3::new(next(), next(), 0.001 * next());
+            let offsets = Vec3::new(next(), next(), next());
+            for scale in [1.0e-30, 1.0, 1.0e30] {
+                let color = unit * scale;
+                let back = from_rgbe(to_rgbe(color, offsets));
+                assert!((back - color).abs().max_element() <= color.max_element() / 127.0, "{color} {back}");
+                if scale == 1.0 {
+                    sum = (sum.0 + color, sum.1 + back);
+                }
+            }
+        }
+        let error = (sum.1 / sum.0 - Vec3::ONE).abs().max_element();
+        assert!(error < 0.02, "offsets keep the sum: {error}");
+        assert_eq!(to_rgbe(Vec3::ZERO, Vec3::ZERO), 0);
+        let bright = Vec3::new(255.9, 1.0, 0.0);
+        assert_eq!(from_rgbe(to_rgbe(bright, Vec3::splat(0.5))), Vec3::new(256.0, 2.0, 0.0));
+        assert!(to_rgbe(Vec3::splat(8.0e37), Vec3::splat(0.99)) >> 24 < 255);
     }
 
     #[test]

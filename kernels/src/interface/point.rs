@@ -63,6 +63,38 @@ pub struct PointDirect {
     pub class_probability: f32,
 }
 
+/// Indirect light that a camera path found at its collection point, as its diffuse lobe would see it: incident radiance times
+/// cosine over pi and the density of its direction (W m^-2 sr^-1). Words of [`packed::to_rgbe`](super::packed::to_rgbe).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct IndirectSample {
+    /// Light for points that are 0 to 3 camera vertices deeper than this one. Light of many scatterings is left out where the whole
+    /// path would exceed `max_bounces`. `NONE`: the point gives nothing.
+    pub light: [u32; 4],
+}
+
+/// A point that shares its indirect light, in the order of the index: all that a search reads of points that it does not take.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct SharingPoint {
+    /// Position (m).
+    pub position: Vec3,
+    /// Camera vertex in the low half, level of the index in the high half.
+    pub depth_and_level: u32,
+}
+
+/// The light of such a point.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct SharedLight {
+    /// Unit shading normal, on the viewer's side.
+    pub shading_normal: Vec3,
+    /// Index into the materials.
+    pub material: u32,
+    /// Its light.
+    pub sample: IndirectSample,
+}
+
 /// Geometry of a photon: all that a gather reads of photons that it does not take.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -104,5 +136,8 @@ pub enum Side {
 const _: () = assert!(size_of::<PointGeometry>() == 32);
 const _: () = assert!(size_of::<PointShading>() == 64);
 const _: () = assert!(size_of::<PointDirect>() == 16);
+const _: () = assert!(size_of::<IndirectSample>() == 16);
+const _: () = assert!(size_of::<SharingPoint>() == 16);
+const _: () = assert!(size_of::<SharedLight>() == 32);
 const _: () = assert!(size_of::<PhotonGeometry>() == 32);
 const _: () = assert!(size_of::<PhotonLight>() == 32);

@@ -3,7 +3,8 @@
 //!
 //! A path chooses a caster and starts uniformly in its cone. With the probability `BY_POWER` it chooses none and starts by power.
 //! A caster is chosen by the square root of the share of directions that it fills. That is halfway between a uniform choice and
-//! one by the light that a caster gets. A uniform choice would give small casters most paths of a wide mirror. The flux of a path
+//! one by the light that a caster gets. A uniform choice would give small casters most paths of a wide mirror. A thin wall that
+//! light passes casts by its reflection alone. Its weight is smaller by the root of the share that it reflects. The flux of a path
 //! is divided by the density of the whole mixture, summed over all cones that hold the direction. No path is therefore heavier
 //! than 1 / `BY_POWER` times its weight by power.
 //!

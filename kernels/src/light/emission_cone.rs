@@ -25,7 +25,7 @@ pub struct EmissionCone {
     /// Half of the squared distance from the middle to the rim; for directions, 1 - cos of the angle. 0 for a closed cone, which
     /// holds no direction.
     pub reach: f32,
-    /// Weight by which the caster is chosen: the root of its share of the directions, up to a factor, at most 1.
+    /// Weight by which the caster is chosen: the root of its share of the directions, times the caster's own weight, at most 1.
     pub weight: f32,
 }
 
@@ -60,13 +60,16 @@ impl EmissionCone {
         let along = caster.centre - from;
         let square = along.length_squared();
         let sin_squared = caster.radius * caster.radius / square;
-        let mut cone =
-            EmissionCone { weight: if caster.radius > 0.0 { 1.0 } else { 0.0 }, ..EmissionCone::NONE };
+        let mut cone = EmissionCone {
+            weight: if caster.radius > 0.0 { caster.weight } else { 0.0 },
+            ..EmissionCone::NONE
+        };
         // Compute 1 - cos as sin^2 / (1 + cos): cosines near 1 would leave narrow cones few bits.
         if sin_squared < 1.0 {
             let versine = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
             if versine <= MAX_VERSINE {
-                cone = EmissionCone { middle: along / square.sqrt(), reach: versine, weight: versine.sqrt() };
+                let weight = versine.sqrt() * caster.weight;
+                cone = EmissionCone { middle: along / square.sqrt(), reach: versine, weight };
             }
         }
         cone
@@ -80,7 +83,7 @@ impl EmissionCone {
         EmissionCone {
             middle: along - light.direction * along.dot(light.direction),
             reach: 0.5 * radius * radius,
-            weight: share.min(1.0),
+            weight: share.min(1.0) * caster.weight,
         }
     }
 
@@ -149,7 +152,7 @@ mod tests {
             let mut rng = Rng::new(Stream::Light, 8, path, 0);
             let (u, v) = (rng.next4(), rng.next4());
             let centre = warp::uniform_sphere(u.x, u.y) * (2.0 + u.z);
-            let caster = Caster { centre, radius: 2.0 * u.w * u.w };
+            let caster = Caster { centre, radius: 2.0 * u.w * u.w, weight: 1.0 };
             let polar = Vec2::new(v.x, v.y);
             for (light, from) in [(&around, Vec3::ZERO), (&parallel, Vec3::ZERO)] {
                 for cone in [EmissionCone::at(&caster, light, from), EmissionCone::everywhere(light)] {

@@ -79,6 +79,7 @@ pub fn frame_steps(
             steps.extend(parts.all_stages().flat_map(|stage| (stage.gather_again)(params, &gather)));
         }
     }
+    steps.extend(parts.steps(|stage| stage.before_display, params));
     steps.push(Step::new(&DISPLAY, params));
     steps
 }
@@ -201,6 +202,7 @@ fn all_steps() -> Vec<Step> {
         photon_capacity: 1,
         light_count: 1,
         moved: 1,
+        share_radius_px: 1.0,
         ..FrameParams::default()
     };
     let mut steps = Vec::new();

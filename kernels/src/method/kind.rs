@@ -9,6 +9,7 @@ use crate::interface::frame::FrameParams;
 use crate::pass::balance::BALANCE;
 use crate::pass::bound::BOUND;
 use crate::pass::more_points::MORE_POINTS;
+use crate::pass::share::SHARE;
 use crate::pass::weigh::WEIGH;
 use crate::pass::widen::WIDEN;
 use crate::{denoiser, emission, history};
@@ -84,7 +85,7 @@ pub struct Parts {
 
 /// Stages that can be switched on, in the order in which they run within a slot.
 pub const STAGES: &[&FrameStage] =
-    &[&PATH_HISTORY, &BOUND, &WIDEN, &WEIGH, &BALANCE, &MORE_POINTS, &AUXILIARY_LAYERS];
+    &[&PATH_HISTORY, &BOUND, &WIDEN, &WEIGH, &BALANCE, &MORE_POINTS, &SHARE, &AUXILIARY_LAYERS];
 
 /// A set of [`STAGES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -133,6 +134,11 @@ impl Parts {
     /// Whether a part reads the parts of path-traced light (`Features::PARTS`).
     pub fn reads_parts(&self) -> bool {
         self.all_stages().any(|stage| stage.reads_parts) || *self.denoiser != denoiser::NONE
+    }
+
+    /// Whether a part reads the indirect light of points (`Features::INDIRECT`).
+    pub fn reads_indirect(&self) -> bool {
+        self.all_stages().any(|stage| stage.reads_indirect)
     }
 }
 

@@ -4,7 +4,7 @@
 use crate::declare::pass;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
-use crate::interface::point::{PointDirect, PointGeometry, PointShading};
+use crate::interface::point::{IndirectSample, PointDirect, PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
 use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
@@ -39,6 +39,7 @@ pub fn collect(
     point_direct: Slots<'_, PointDirect>,
     point_geometry: Slots<'_, PointGeometry>,
     point_shading: Slots<'_, PointShading>,
+    point_indirect: Slots<'_, IndirectSample>,
 ) {
     let collect = Collect {
         pixel: pixel_order[index as usize],
@@ -50,6 +51,7 @@ pub fn collect(
         direct: point_direct,
         geometry: point_geometry,
         shading: point_shading,
+        indirect: point_indirect,
     };
     run_camera_pass(collect, params, features, scene, tracer, counters);
 }
@@ -75,6 +77,8 @@ pub struct Collect<'a> {
     pub geometry: Slots<'a, PointGeometry>,
     /// `point_shading`.
     pub shading: Slots<'a, PointShading>,
+    /// `point_indirect`.
+    pub indirect: Slots<'a, IndirectSample>,
 }
 
 impl PathObserver for Collect<'_> {
@@ -108,6 +112,9 @@ impl CameraPass for Collect<'_> {
             self.prefix.write(self.pixel, light.prefix);
             self.delta_prefix.write(self.pixel, light.delta_prefix);
             self.direct.write(self.pixel, light.direct);
+        }
+        if self.features.has(Features::INDIRECT) {
+            self.indirect.write(self.pixel, light.indirect);
         }
     }
 }

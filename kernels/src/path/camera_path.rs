@@ -19,7 +19,7 @@ use crate::interface::choice::Caustics;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::material::Material;
-use crate::interface::point::PointDirect;
+use crate::interface::point::{IndirectSample, PointDirect};
 use crate::interface::ray::Ray;
 use crate::math::sampler::next4;
 use crate::platform::{Atomics, scratch};
@@ -81,6 +81,8 @@ pub struct CameraPathLight {
     pub direct: PointDirect,
     /// The part of the radiance that was found before the first non-delta bounce (W m^-2 sr^-1).
     pub delta_prefix: Vec3,
+    /// Indirect light at the collection point. Needs [`Features::INDIRECT`].
+    pub indirect: IndirectSample,
 }
 
 /// Traces a camera path from its first ray. Returns its light, and what the observer keeps of it.
@@ -124,6 +126,7 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
 
                 // Sample the BSDF; the first non-specular event ends the prefix at the collection point
                 let (was_prefix, was_delta_prefix) = (path.in_prefix, path.in_delta_prefix);
+                let left = path.scatterings_left(path.depth, context);
                 let u = next4(&mut path.rng, &context.params.sequence);
                 let scattered = scattering.sample(u);
                 if scattering.bsdf.scatters() {
@@ -151,7 +154,7 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
                 };
 
                 // Trace the shadow rays
-                trace_shadow_rays(shadow_rays, was_prefix, context, tracer, &mut scratch);
+                trace_shadow_rays(shadow_rays, was_prefix, left, context, tracer, &mut scratch);
                 path.shadow_rays += shadow_rays;
                 if was_delta_prefix && context.features.has(Features::PARTS) {
                     scratch.set(Sum::DeltaPrefix, scratch.sum(Sum::Radiance));

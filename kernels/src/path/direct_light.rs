@@ -66,11 +66,13 @@ pub fn choose_light_samples(
     shadow_rays
 }
 
-/// Traces the shadow rays of a vertex, and adds the light that reaches it.
+/// Traces the shadow rays of a vertex, and adds the light that reaches it. The light leaves room for
+/// `left` further scatterings.
 #[inline(always)]
 pub fn trace_shadow_rays<T: Tracer>(
     count: u32,
     in_prefix: bool,
+    left: u32,
     context: PathContext<'_>,
     tracer: &mut T,
     scratch: &mut PathScratch<'_>,
@@ -83,6 +85,9 @@ pub fn trace_shadow_rays<T: Tracer>(
             shadow_transmittance(&shadow_ray.ray, shadow_ray.media, params, features, scene, tracer);
         if transmittance.max_element() > 0.0 {
             scratch.add(Sum::Radiance, shadow_ray.radiance * transmittance);
+            if !in_prefix {
+                scratch.add_indirect(left, shadow_ray.radiance * transmittance);
+            }
             if features.has(Features::PARTS) && in_prefix {
                 scratch.add(Sum::Prefix, shadow_ray.specular * transmittance);
                 scratch.add(Sum::Direct, shadow_ray.non_specular * transmittance);

@@ -5,12 +5,14 @@ use super::camera_path::Arrival;
 use super::observer::CollectionPoint;
 use super::scratch::PathScratch;
 use crate::interface::features::Features;
-use crate::interface::material::FLAGS_SCATTER_TEXTURE;
+use crate::interface::material::{FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::packed::to_signed_shares;
 use crate::interface::point::{PointGeometry, PointShading};
 use crate::interface::ray::Hit;
 use crate::math::cone::RayCone;
 use crate::math::pencil::VirtualImage;
+use crate::math::{PI, is_finite};
+use crate::surface::Sampled;
 use crate::surface::scatter::BsdfSample;
 use crate::surface::textured::packed;
 use crate::surface::turn::normal_changes;
@@ -84,6 +86,29 @@ pub fn collection_point(
         (shading.red_green, shading.blue_roughness_metallic) = packed(&material);
     }
     CollectionPoint { geometry, shading, length }
+}
+
+/// Minimum probability of the diffuse lobes of a point that shares indirect light: its samples are at most this much brighter.
+const MIN_DIFFUSE: f32 = 0.25;
+/// Minimum of the darkest over the brightest channel of such a point.
+const MIN_CHANNEL: f32 = 1.0e-3;
+
+/// Factor from the indirect light of a path to a sample of its collection point, 1 / (T pi f). The path found L f cos / pdf times the
+/// throughput T; the sample is L cos / (pi pdf). Zero: the point gives no sample. Whether it does depends on its surface alone: if it
+/// depended on the sampled direction, the mean of samples would be wrong.
+#[inline(always)]
+pub fn demodulation(
+    throughput: Vec3,
+    sampled: &Sampled,
+    material: &Material,
+    diffuse_probability: f32,
+) -> Vec3 {
+    let color = throughput * material.base_color;
+    let shares =
+        diffuse_probability >= MIN_DIFFUSE && color.min_element() > MIN_CHANNEL * color.max_element();
+    let f = sampled.weight * (sampled.pdf_solid_angle / sampled.direction.z);
+    let factor = 1.0 / (throughput * f * PI);
+    if shares && is_finite(factor.element_sum()) { factor } else { Vec3::ZERO }
 }
 
 /// Turns pencil and cone at a specular event.

@@ -22,8 +22,10 @@ use super::PathContext;
 use super::camera_path::CameraPathLight;
 use super::camera_ray::CameraPathStart;
 use super::prefix::needs_virtual_image;
+use crate::interface::NONE;
 use crate::interface::features::Features;
-use crate::interface::point::PointDirect;
+use crate::interface::packed::to_rgbe;
+use crate::interface::point::{IndirectSample, PointDirect};
 use crate::interface::ray::Ray;
 use crate::light::light_sampling::FEW_LIGHTS;
 use crate::math::cone::RayCone;
@@ -61,13 +63,21 @@ pub enum Sum {
     DeltaPrefix,
 }
 
+/// Largest light of a sample (W m^-2 sr^-1).
+const MAX_LIGHT: f32 = 1.0e30;
+
 /// Number of words of a record: a shadow ray, or the path's own.
 const WORDS: usize = 19;
 
-/// Number of words of all shadow rays of a vertex, and of three more records.
-pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 3);
+/// Number of words of all shadow rays of a vertex, and of four more records.
+pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 4);
 
 type PathRecord = Record<WORDS, ROOM>;
+
+/// Number of depths of points that an [`IndirectSample`] serves.
+const SHARED_DEPTHS: usize = 4;
+/// Index of the words of the demodulation in the record of indirect light.
+const DEMODULATION: usize = 3 * SHARED_DEPTHS;
 
 // Indices of the words of the path's own record, beside its sums.
 const CLASS_PROBABILITY: usize = 12;
@@ -87,6 +97,9 @@ pub struct PathScratch<'a> {
     own: PathRecord,
     /// The pencil: its axes and its derivatives by the origin at the eye, and those by the direction there.
     pencil: [PathRecord; 2],
+    /// Indirect light behind the collection point by the number of scatterings that it leaves, and the factor that makes a sample of
+    /// it.
+    indirect: PathRecord,
 }
 
 impl<'a> PathScratch<'a> {
@@ -97,13 +110,22 @@ impl<'a> PathScratch<'a> {
         let first = FEW_LIGHTS + params.zero();
         let [own, by_origin, by_direction] =
             [PathRecord::at(first), PathRecord::at(first + 1), PathRecord::at(first + 2)];
-        let mut scratch = PathScratch { words, features, own, pencil: [by_origin, by_direction] };
+        let (pencil, indirect) = ([by_origin, by_direction], PathRecord::at(first + 3));
+        let mut scratch = PathScratch { words, features, own, pencil, indirect };
         scratch.set(Sum::Radiance, Vec3::ZERO);
         if features.has(Features::PARTS) {
             scratch.set(Sum::Prefix, Vec3::ZERO);
             scratch.set(Sum::Direct, Vec3::ZERO);
             scratch.set(Sum::DeltaPrefix, Vec3::ZERO);
             scratch.set_class_probability(0.0);
+        }
+        if features.has(Features::INDIRECT) {
+            let mut left = 0;
+            while left < SHARED_DEPTHS {
+                indirect.put3(scratch.words, 3 * left, Vec3::ZERO);
+                left += 1;
+            }
+            scratch.set_demodulation(Vec3::ZERO);
         }
         scratch.set_cone(start.cone, 0.0);
         if needs_virtual_image(features) {
@@ -134,6 +156,39 @@ impl<'a> PathScratch<'a> {
     #[inline(always)]
     pub fn set_class_probability(&mut self, class_probability: f32) {
         self.own.put(self.words, CLASS_PROBABILITY, class_probability.to_bits());
+    }
+
+    /// Adds indirect light that leaves a path room for this number of further scatterings.
+    #[inline(always)]
+    pub fn add_indirect(&mut self, left: u32, light: Vec3) {
+        if self.features.has(Features::INDIRECT) {
+            let word = 3 * (left as usize).min(SHARED_DEPTHS - 1);
+            let sum = self.indirect.take3(self.words, word) + light;
+            self.indirect.put3(self.words, word, sum);
+        }
+    }
+
+    /// Sets the factor that makes a sample of indirect light; zero: the point gives none.
+    #[inline(always)]
+    pub fn set_demodulation(&mut self, factor: Vec3) {
+        self.indirect.put3(self.words, DEMODULATION, factor);
+    }
+
+    /// Sample of the indirect light, rounded by the bits of a random word.
+    #[inline(always)]
+    pub fn indirect_sample(&self, bits: u32) -> IndirectSample {
+        let offset = |bits: u32| (bits & 1023) as f32 * (1.0 / 1024.0);
+        let offsets = Vec3::new(offset(bits), offset(bits >> 10), offset(bits >> 20));
+        let factor = self.indirect.take3(self.words, DEMODULATION);
+        let mut sample = IndirectSample { light: [NONE; SHARED_DEPTHS] };
+        let mut sum = Vec3::ZERO;
+        let mut deeper = SHARED_DEPTHS;
+        while deeper > 0 && factor.x > 0.0 {
+            deeper -= 1;
+            sum += self.indirect.take3(self.words, 3 * deeper) * factor;
+            sample.light[deeper] = to_rgbe(sum.min(Vec3::splat(MAX_LIGHT)), offsets);
+        }
+        sample
     }
 
     /// Returns all light so far.

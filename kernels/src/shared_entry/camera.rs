@@ -10,7 +10,7 @@ use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::history::{HistoryPoint, Retraced};
 use crate::interface::instance::Instance;
-use crate::interface::point::{PointDirect, PointGeometry, PointShading};
+use crate::interface::point::{IndirectSample, PointDirect, PointGeometry, PointShading};
 use crate::interface::scene::SceneTables;
 use crate::method::path::request as request_of_reference;
 use crate::pass::collect::Collect;
@@ -51,6 +51,7 @@ pub fn camera(
     point_direct: Slots<'_, PointDirect>,
     point_geometry: Slots<'_, PointGeometry>,
     point_shading: Slots<'_, PointShading>,
+    point_indirect: Slots<'_, IndirectSample>,
     path_points: &[HistoryPoint],
     path_brightness: &[Vec2],
     path_retraced: Slots<'_, Retraced>,
@@ -77,6 +78,7 @@ pub fn camera(
             direct: point_direct,
             geometry: point_geometry,
             shading: point_shading,
+            indirect: point_indirect,
         },
         prefix,
         retrace: Retrace {

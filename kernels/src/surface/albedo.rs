@@ -22,7 +22,7 @@ macro_rules! sums {
 
         /// Albedo of the diffuse lobes.
         #[inline(always)]
-        fn diffuse(bsdf: &Bsdf) -> Vec3 {
+        pub fn diffuse(bsdf: &Bsdf) -> Vec3 {
             #[allow(unused_mut)]
             let mut sum = $first::albedo(bsdf);
             $(

@@ -35,8 +35,9 @@ fn casters() -> Casters {
         (Vec3::new(0.0, 0.4, 0.0), 0.6),
     ];
     let mut casters = Casters { count: spheres.len() as u32, ..Casters::default() };
-    for (slot, (centre, radius)) in casters.spheres.iter_mut().zip(spheres) {
-        *slot = Caster { centre, radius };
+    let weights = [1.0, 0.3].into_iter().cycle();
+    for ((slot, (centre, radius)), weight) in casters.spheres.iter_mut().zip(spheres).zip(weights) {
+        *slot = Caster { centre, radius, weight };
     }
     casters
 }
@@ -70,7 +71,7 @@ fn density(casters: &Casters, from: DVec3, direction: DVec3, by_power: f64) -> f
         let cos = (1.0 - (f64::from(sphere.radius) / along.length()).powi(2)).sqrt();
         // It holds the position (no root), or is wider than a quarter of all directions.
         let has_cone = !cos.is_nan() && cos >= 0.5;
-        let weight = if has_cone { (1.0 - cos).sqrt() } else { 1.0 };
+        let weight = f64::from(sphere.weight) * if has_cone { (1.0 - cos).sqrt() } else { 1.0 };
         weights += weight;
         if !has_cone {
             whole += weight;
@@ -362,4 +363,27 @@ fn aimed_emission_without_casters_or_cones_is_by_power() {
             );
         }
     }
+}
+
+/// A wall that light passes casts by what it reflects alone: it has a sphere without other casters, and a smaller weight.
+#[test]
+fn thin_walls_that_light_passes_have_spheres_of_smaller_weight() {
+    let mut b = far_floor();
+    let (pane, ball) = (b.material(pane(1.5)), b.material(metal(0.9, 0.0)));
+    b.panel(pane, DVec3::new(0.0, -10.0, 0.0), 2.0 * DVec3::Z, 2.0 * DVec3::X);
+    b.sphere(ball, DVec3::new(0.0, -9.9, 0.0), 0.05, 16, 8);
+    b.camera(DVec3::ZERO, DVec3::Z, 1.0);
+    let scene = b.build();
+    let weights = |passes| {
+        let Casters { spheres, count } = scene.casters(0.25, passes);
+        let of = |caster: &Caster| (caster.radius > 1.0, caster.weight);
+        let mut weights: Vec<(bool, f32)> = spheres[..count as usize].iter().map(of).collect();
+        weights.sort_by_key(|(is_wide, _)| *is_wide);
+        weights
+    };
+    assert_eq!(weights(false), [(false, 1.0), (true, 1.0)]);
+    let passed = weights(true);
+    assert_eq!(passed[0], (false, 1.0));
+    // 2 r / (1 + r) of the light, r = 0.04
+    assert!((passed[1].1.powi(2) - 0.08 / 1.04).abs() < 1e-3, "{passed:?}");
 }

@@ -16,6 +16,7 @@ mod mirrored;
 mod more_points;
 mod path_history;
 mod reuse;
+mod share;
 mod stability;
 mod tiles;
 mod widen;

@@ -13,7 +13,7 @@ use crate::path::direct_light::choose_light_samples;
 use crate::path::emission::{environment_radiance, is_emitter, surface_emission};
 use crate::path::light_numbers::LightNumbers;
 use crate::path::observer::PathObserver;
-use crate::path::prefix::{advance_prefix, collection_point};
+use crate::path::prefix::{advance_prefix, collection_point, demodulation};
 use crate::path::scratch::light_samples::{self, LightSamples};
 use crate::path::scratch::{PathScratch, Sum};
 use crate::path::{PathContext, count_rare};
@@ -30,6 +30,9 @@ use spirv_std::glam::Vec3;
 
 /// Share of the throughput at the collection point above which Russian roulette ends no path.
 const SURE: f32 = 0.5;
+
+/// Number of the key that rounds the sample of indirect light: no ray has it.
+const ROUNDING: u32 = 0x8000;
 
 /// State of a camera path that outlives a vertex.
 #[derive(Clone, Copy)]
@@ -106,7 +109,7 @@ impl CameraPath {
             if features.has(Features::ABSORPTION) {
                 radiance *= traced.transmittance;
             }
-            scratch.add(Sum::Radiance, segment.throughput * radiance);
+            self.add_emitted(segment.throughput * radiance, segment, context, scratch);
         }
     }
 
@@ -153,8 +156,30 @@ impl CameraPath {
                 candidates,
                 context,
             );
-            scratch.add(Sum::Radiance, emission);
+            self.add_emitted(emission, segment, context, scratch);
         }
+    }
+
+    /// Adds emission that a segment met. It is direct light of the vertex that the segment left.
+    #[inline(always)]
+    fn add_emitted(
+        &self,
+        emission: Vec3,
+        segment: &Segment,
+        context: PathContext<'_>,
+        scratch: &mut PathScratch<'_>,
+    ) {
+        scratch.add(Sum::Radiance, emission);
+        if !segment.from_prefix {
+            scratch.add_indirect(self.scatterings_left(self.depth - 1, context), emission);
+        }
+    }
+
+    /// Number of scatterings that light of this number of scatterings leaves.
+    #[inline(always)]
+    pub fn scatterings_left(&self, scatterings: u32, context: PathContext<'_>) -> u32 {
+        // Behind the last vertex a path may still pass thin walls.
+        context.params.max_bounces - scatterings.min(context.params.max_bounces)
     }
 
     /// Lobes by which the path goes on and finds lights: all of them in the prefix, those of the suffix behind it.
@@ -284,6 +309,16 @@ impl CameraPath {
                 let (depth, eta) = (self.depth, scattering.bsdf.eta);
                 let point =
                     collection_point(arrival, depth, class_probability, eta, self.eye_cone, context, scratch);
+                if context.features.has(Features::INDIRECT) {
+                    let diffuse = scattering.bsdf.diffuse_probability() / class_probability;
+                    let carried = point.shading.throughput;
+                    scratch.set_demodulation(demodulation(
+                        carried,
+                        &scattered.sampled,
+                        &arrival.material,
+                        diffuse,
+                    ));
+                }
                 observer.collect(kept, &point);
             } else {
                 observer.end(kept, arrival.vertex.position);
@@ -389,6 +424,9 @@ impl CameraPath {
         let mut light = scratch.light();
         if features.has(Features::PARTS) && self.in_delta_prefix {
             light.delta_prefix = light.radiance;
+        }
+        if features.has(Features::INDIRECT) {
+            light.indirect = scratch.indirect_sample(self.rng.ray_key(ROUNDING));
         }
         if !is_finite(light.radiance.element_sum()) {
             light = CameraPathLight::default();

@@ -128,6 +128,7 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
         thin_walls: _,
         sampler: _,
         path_history: _,
+        indirect_share: _,
         fireflies: _,
         width,
         height,

@@ -5,7 +5,7 @@ use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant;
-use caustics_kernels::interface::choice::{Caustics, LightSampler};
+use caustics_kernels::interface::choice::{Caustics, IndirectShare, LightSampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::method::Parts;
@@ -73,6 +73,13 @@ fn image_means_agree_under_every_kind_of_light() {
 fn image_means_agree_with_several_points_a_pixel() {
     let scenes = [("glossy-room", load("glossy-room"))];
     image_means_agree(&scenes, &RenderConfig { collection_points: MAX_POINTS, ..frames() });
+}
+
+/// Indirect light that collection points share, also between points in a mirror and points that are seen directly.
+#[test]
+fn image_means_agree_with_shared_indirect_light() {
+    let scenes = [("mirror-room", load("mirror-room"))];
+    image_means_agree(&scenes, &RenderConfig { indirect_share: IndirectShare::Points, ..frames() });
 }
 
 fn frames() -> RenderConfig {

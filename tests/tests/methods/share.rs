@@ -1,0 +1,196 @@
+//! Indirect light that collection points share: the means that they take, its gain, and what it leaves alone.
+
+use caustics::render_config::{Paths, RenderConfig};
+use caustics::scene::Scene;
+use caustics::session::{RunnerChoice, Session};
+use caustics_kernels::emission::GUIDED;
+use caustics_kernels::interface::NONE;
+use caustics_kernels::interface::balance::Balance;
+use caustics_kernels::interface::choice::{IndirectShare, PixelFilter, Sampler};
+use caustics_kernels::interface::packed::from_rgbe;
+use caustics_kernels::interface::point::{IndirectSample, PointGeometry, PointShading};
+use caustics_kernels::method::PROGRESSIVE;
+use caustics_kernels::method::progressive::share_shrinkage;
+use caustics_kernels::pass::share::SHARE_RADIUS_PX;
+use caustics_tests::scenes::{Builder, committed, emitter, lambert, metal};
+use caustics_tests::statistics::Mean;
+use glam::{DVec3, Vec3};
+
+const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+const SHARES: [IndirectShare; 2] = [IndirectShare::None, IndirectShare::Points];
+
+fn config(indirect_share: IndirectShare, seed: u32) -> RenderConfig {
+    RenderConfig {
+        width: 80,
+        height: 45,
+        method: &PROGRESSIVE,
+        light_paths: Paths::Count(1800),
+        pixel_filter: PixelFilter::Box,
+        sampler: Sampler::Sobol,
+        indirect_share,
+        seed,
+        ..RenderConfig::default()
+    }
+}
+
+fn open(choice: &RunnerChoice, scene: &Scene, config: &RenderConfig) -> Session {
+    let features = scene.features(config.specular_roughness);
+    Session::new(choice, scene, &scene.cameras[0], config, features).expect("a session opens")
+}
+
+/// The path layer after some frames.
+fn path_layer(choice: &RunnerChoice, scene: &Scene, config: &RenderConfig, frames: u32) -> Vec<Vec3> {
+    let mut session = open(choice, scene, config);
+    let mut sum = vec![Vec3::ZERO; (config.width * config.height) as usize];
+    for frame in 0..frames {
+        session.frame(frame).expect("a frame runs");
+        let path = session.image().expect("an image").path;
+        sum.iter_mut().zip(path).for_each(|(sum, light)| *sum += light / frames as f32);
+    }
+    sum
+}
+
+/// A room of matte walls under a lamp, with a mirror in one half of the view.
+fn room_with_a_mirror() -> Scene {
+    let mut b = Builder::default();
+    let (wall, lamp, mirror) =
+        (b.material(lambert(0.7)), b.material(emitter(10.0)), b.material(metal(0.9, 0.0)));
+    b.block(wall, DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 2.0, 1.0), true);
+    b.panel(lamp, DVec3::new(0.0, 1.99, 0.0), 0.3 * DVec3::X, 0.3 * DVec3::Z);
+    b.panel(mirror, DVec3::new(0.5, 0.9, -0.98), 0.5 * DVec3::X, 0.7 * DVec3::Y);
+    b.camera(DVec3::new(0.0, 1.0, 0.95), DVec3::new(0.0, 0.9, -1.0), 0.9);
+    b.build()
+}
+
+/// The change of each pixel is the throughput times the albedo times the difference between the mean of the samples around it and
+/// its own, by a search over all pairs in f64.
+#[test]
+fn points_take_the_mean_of_the_samples_on_their_own_surface_within_the_radius() {
+    let scene = room_with_a_mirror();
+    let frame = 2;
+    let [mut none, mut points] = SHARES.map(|share| open(&CPU, &scene, &config(share, 3)));
+    none.frame(frame).expect("a frame runs");
+    points.frame(frame).expect("a frame runs");
+    let [before, after] = [&mut none, &mut points].map(|session| session.image().expect("an image").path);
+    let geometry: Vec<PointGeometry> = points.read("point_geometry").expect("points");
+    let shading: Vec<PointShading> = points.read("point_shading").expect("shading");
+    let samples: Vec<IndirectSample> = points.read("point_indirect").expect("samples");
+    let gives = |i: &usize| geometry[*i].exists() && samples[*i].light[0] != NONE;
+    // The radii of points shrink as those of progressive photon mapping, those of sharing more slowly.
+    let radius_px = caustics_kernels::method::progressive::shrinkage(frame);
+    let scale = SHARE_RADIUS_PX * share_shrinkage(frame) / radius_px;
+    let (mut most, mut from_mirrors, mut changed) = (0, 0, 0);
+    for i in (0..geometry.len()).filter(gives) {
+        let point = &geometry[i];
+        let radius = point.radius * scale;
+        let level = radius.to_bits() >> 23;
+        let taken = (0..geometry.len()).filter(gives).filter(|&j| {
+            let (along, other) = (geometry[j].position - point.position, &geometry[j]);
+            along.length() <= radius
+                && along.dot(point.normal).abs() <= 0.1 * radius
+                && shading[j].shading_normal.dot(shading[i].shading_normal) > 0.9
+                && shading[j].material == shading[i].material
+                && other.depth <= point.depth
+                && ((other.radius * scale).to_bits() >> 23).abs_diff(level) <= 1
+        });
+        let (mut sum, mut count) = (glam::DVec3::ZERO, 0);
+        for j in taken {
+            let deeper = (point.depth - geometry[j].depth) as usize;
+            sum += from_rgbe(samples[j].light[deeper]).as_dvec3();
+            count += 1;
+            from_mirrors += u32::from(deeper > 0);
+        }
+        let own = from_rgbe(samples[i].light[0]).as_dvec3();
+        let change = shading[i].throughput.as_dvec3() * 0.7 * (sum / f64::from(count) - own);
+        let found = (after[i] - before[i]).as_dvec3();
+        let size = before[i].as_dvec3().max_element() + own.max_element() + sum.max_element();
+        assert!(
+            (found - change).abs().max_element() <= 1e-5 * size,
+            "{i}: {found} instead of {change}, {count}"
+        );
+        most = most.max(count);
+        changed += u32::from(count > 1);
+    }
+    println!("up to {most} samples, {from_mirrors} of shallower points, {changed} points changed");
+    assert!(most > 25 && from_mirrors > 100 && changed > 3000, "{most} {from_mirrors} {changed}");
+}
+
+/// Directly and in the mirror, light has as many bounces as without sharing. One bounce more would be noticed.
+#[test]
+fn shared_light_has_the_bounces_of_unshared_light() {
+    let scene = room_with_a_mirror();
+    let halves = |share, max_bounces| {
+        let means = (0..24).map(|seed| {
+            let config = RenderConfig { max_bounces, ..config(share, seed) };
+            let layer = path_layer(&CPU, &scene, &config, 4);
+            [0..40, 40..80].map(|columns: std::ops::Range<usize>| {
+                let own = layer.iter().enumerate().filter(|(i, _)| columns.contains(&(i % 80)));
+                own.map(|(_, light)| f64::from(light.y)).sum::<f64>() / 1800.0
+            })
+        });
+        let means: Vec<[f64; 2]> = means.collect();
+        [0, 1].map(|half| Mean::from_samples(&means.iter().map(|mean| mean[half]).collect::<Vec<_>>()))
+    };
+    for max_bounces in [2, 3, 5, 9] {
+        let [none, points] = SHARES.map(|share| halves(share, max_bounces));
+        let more = halves(IndirectShare::None, max_bounces + 1);
+        for half in [0, 1] {
+            let (none, points, more) = (none[half], points[half], more[half]);
+            println!("{max_bounces}, half {half}: {none:?} {points:?}");
+            assert!(none.agrees(&points, 4.0), "{max_bounces}: {} sigma", none.sigmas(&points));
+            assert!(max_bounces == 9 || more.sigmas(&points) > 6.0, "{max_bounces} {}", more.sigmas(&points));
+        }
+    }
+}
+
+/// In four frames sharing leaves less than half of the variance. Light is the same, caustics keep their bits, and so does the number
+/// of light paths that is chosen by the noise.
+#[test]
+fn sharing_halves_the_variance_and_leaves_caustics_alone() {
+    for name in ["cornell-box", "mirror-room"] {
+        let scene = committed(name);
+        let runs = |share| -> Vec<Vec<Vec3>> {
+            (0..8).map(|seed| path_layer(&CPU, &scene, &config(share, seed), 4)).collect()
+        };
+        let [none, points] = SHARES.map(runs);
+        // Average logarithms: in variances a few rare bright samples would decide.
+        let variance = |runs: &[Vec<Vec3>], pixel: usize| {
+            let values: Vec<f64> = runs.iter().map(|run| f64::from(run[pixel].element_sum())).collect();
+            Mean::from_samples(&values).error.powi(2)
+        };
+        let noisy: Vec<usize> = (0..none[0].len()).filter(|&pixel| variance(&none, pixel) > 0.0).collect();
+        let logarithm = |&pixel: &usize| (variance(&points, pixel) / variance(&none, pixel)).ln();
+        let gain = (noisy.iter().map(logarithm).sum::<f64>() / noisy.len() as f64).exp();
+        let light = |runs: &[Vec<Vec3>]| {
+            let sums = runs.iter().map(|run| run.iter().map(|light| f64::from(light.element_sum())).sum());
+            Mean::from_samples(&sums.collect::<Vec<f64>>())
+        };
+        println!("{name}: {gain} of the variance, light {:?} {:?}", light(&none), light(&points));
+        assert!(gain < 0.5, "{name}: {gain}");
+        assert!(light(&none).agrees(&light(&points), 3.0), "{name}");
+
+        let mut sessions = SHARES.map(|share| {
+            let config = RenderConfig { light_paths: Paths::Auto, emission: &GUIDED, ..config(share, 1) };
+            open(&CPU, &scene, &config)
+        });
+        for frame in 0..4 {
+            let frames = sessions.each_mut().map(|session| {
+                session.frame(frame).expect("a frame runs");
+                let balance: Vec<Balance> = session.read("balance").expect("a number of light paths");
+                (session.image().expect("an image").caustics, balance)
+            });
+            assert!(
+                frames[0] == frames[1],
+                "{name}, frame {frame}: caustics or their number of light paths differ"
+            );
+        }
+    }
+}
+
+#[test]
+fn shared_light_has_the_same_bits_with_one_thread_and_with_many() {
+    let scene = committed("mirror-room");
+    let choices = [1, 4].map(|threads| RunnerChoice::Cpu { threads });
+    let [one, many] = choices.map(|choice| path_layer(&choice, &scene, &config(IndirectShare::Points, 5), 2));
+    assert!(one == many);
+}

@@ -40,7 +40,7 @@ pub fn reserve(slot: u32, build: &mut Build<'_>) {
     reserve_block(slot, build.params.cell_mask, &mut build.index_1, &mut build.index_2);
 }
 
-/// The same, in words of any name.
+/// Reserves entries in words of other names than those of [`Build`].
 #[inline(always)]
 pub fn reserve_block(slot: u32, cell_mask: u32, counts: &mut impl Words, ranges: &mut impl Words) {
     let slots = cell_mask + 1;

@@ -63,8 +63,9 @@ pub struct PointDirect {
     pub class_probability: f32,
 }
 
-/// Indirect light that a camera path found at its collection point, as its diffuse lobe would see it: incident radiance times
-/// cosine over pi and the density of its direction (W m^-2 sr^-1). Words of [`packed::to_rgbe`](super::packed::to_rgbe).
+/// Sample of the indirect light at a collection point: the radiance that a white diffuse surface would show (W m^-2 sr^-1). It is the
+/// incident radiance times the cosine, over pi and the density of the sampled direction. The words are those of
+/// [`packed::to_rgbe`](super::packed::to_rgbe).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct IndirectSample {

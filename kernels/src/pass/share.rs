@@ -1,15 +1,15 @@
 //! `share.*`: path space filtering [Keller, Dahm and Binder 2014]. Collection points share the indirect light that their camera paths
 //! found.
 //!
-//! Each camera path leaves a sample at its collection point: the indirect light that a diffuse surface there would show (radiance Y). A
-//! point takes the mean of the samples within a radius on its own surface. In the image, T a Y becomes T a mean(Y), with the
-//! throughput T of the prefix and the albedo a of the point's diffuse lobes. The difference is added to what the path found, so direct
-//! light, light of other lobes and light before the point remain as they are. Points are found in world space: one that is seen in a
+//! Each camera path leaves a sample Y at its collection point: the indirect light that a white diffuse surface there would show. A
+//! point takes the mean of the samples within a radius on its own surface. In the image, T a Y becomes T a mean(Y). T is the
+//! throughput of the prefix, and a the albedo of the point's diffuse lobes. The difference is added to what the path found. Direct
+//! light, light of other lobes, and light before the point remain as they are. Points are found in world space: one that is seen in a
 //! mirror takes samples of those that are seen directly.
 //!
 //! Bounces stay exact. Behind a point of camera vertex d, light may have `max_bounces` - d scatterings. A sample therefore has several
-//! values: for points of its own depth, and for points up to three vertices deeper, whose light may have fewer scatterings. A point
-//! takes no samples of deeper points: these lack light. Paths that found nothing leave a zero, which counts.
+//! values: one for points of its own depth, and one each for points up to three vertices deeper. These take light of fewer
+//! scatterings. A point takes no samples of deeper points: these lack light. Paths that found nothing leave a zero, which counts.
 //!
 //! Sums are integers, whose quantum is a power of two below the largest sample of the frame: no sample is clamped. The index has a
 //! grid for each power of two of the radius, as the gather `points-grid`. A point searches the grids of its own radius, of half and of

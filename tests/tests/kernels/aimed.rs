@@ -376,8 +376,8 @@ fn thin_walls_that_light_passes_have_spheres_of_smaller_weight() {
     let scene = b.build();
     let weights = |passes| {
         let Casters { spheres, count } = scene.casters(0.25, passes);
-        let of = |caster: &Caster| (caster.radius > 1.0, caster.weight);
-        let mut weights: Vec<(bool, f32)> = spheres[..count as usize].iter().map(of).collect();
+        let size_and_weight = |caster: &Caster| (caster.radius > 1.0, caster.weight);
+        let mut weights: Vec<(bool, f32)> = spheres[..count as usize].iter().map(size_and_weight).collect();
         weights.sort_by_key(|(is_wide, _)| *is_wide);
         weights
     };

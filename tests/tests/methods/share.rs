@@ -62,8 +62,8 @@ fn room_with_a_mirror() -> Scene {
     b.build()
 }
 
-/// The change of each pixel is the throughput times the albedo times the difference between the mean of the samples around it and
-/// its own, by a search over all pairs in f64.
+/// A search over all pairs in f64 finds the mean of the samples around each point. The change of its pixel is the throughput, times
+/// the albedo, times the difference between that mean and its own sample.
 #[test]
 fn points_take_the_mean_of_the_samples_on_their_own_surface_within_the_radius() {
     let scene = room_with_a_mirror();

@@ -24,7 +24,7 @@ macro_rules! bits {
                 pub const $bit: Features = Features(1 << Bit::$bit as u32);
             )*
             /// All features.
-            pub const ALL: Features = Features((1 << Bit::COUNT as u32) - 1);
+            pub const ALL: Features = Features(u32::MAX >> (u32::BITS - Bit::COUNT as u32));
             /// Bits and names, for printing.
             pub const NAMES: [(Features, &'static str); Bit::COUNT as usize] = [$((Self::$bit, $name)),*];
         }

@@ -268,7 +268,13 @@ def check_keys(page, name):
 
 
 def check_parameters(page, name):
-    """Sets every value of every parameter, and renders it. Parameters that do not apply to the method are out of sight."""
+    """Sets every value of every parameter, and renders it. Parameters that do not apply are out of sight: the sharing of indirect
+    light appears when nothing else smooths or reuses path-traced light."""
+    smoothing = [page.locator(f"#parameter-0-{parameter}") for parameter in ("path_history", "denoiser")]
+    before = [select.input_value() for select in smoothing]
+    check(page.locator("#parameter-0-indirect_share").is_hidden(), f"{name}: what does not apply is shown")
+    for select in smoothing:
+        select.select_option("none")
     for select in page.locator("#own select[data-parameter]").all():
         parameter = select.get_attribute("data-parameter")
         until(page, "key => document.getElementById(`parameter-0-${key}`).checkVisibility()", parameter)
@@ -285,6 +291,8 @@ def check_parameters(page, name):
         # Read the message once: it may vanish between two calls.
         message = failure.evaluate("node => node.hidden ? '' : node.innerText")
         check(not message or "ray queries" in message, f"{name}: {parameter}: {message}")
+    for select, value in zip(smoothing, before):
+        select.select_option(value)
     page.locator("#parameter-0-method").select_option("path")
     until(page, "document.getElementById('parameter-0-gather').closest('.field').hidden")
     note = page.locator("#not-applicable-0").inner_text()

@@ -270,11 +270,10 @@ pub static INDIRECT_SHARE: Parameter = Parameter {
     default: "none",
     neutral: "none",
     shown: VisualEncoding::Words("share-", |value| format!("shared {value}")),
-    not_applicable: |run| match run.config.indirect_share {
-        IndirectShare::None => None,
-        _ if !run.config.method.chooses_gather => Some("makes no discs around which points share"),
-        _ => (!run.config.can_share_indirect())
-            .then_some("smooths or reuses path-traced light (--denoiser, --path-history)"),
+    not_applicable: |run| {
+        let discs = run.config.method.chooses_gather;
+        (!discs).then_some("makes no discs around which points share").or((!run.config.can_share_indirect())
+            .then_some("smooths or reuses path-traced light (--denoiser, --path-history)"))
     },
     ..named!(indirect_share: IndirectShare)
 };

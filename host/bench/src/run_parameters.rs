@@ -112,12 +112,13 @@ pub fn name_all(runs: &mut [RunConfig]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::parameter::Values;
     use super::*;
     use caustics::render_config::Radius;
     use caustics_kernels::gather::variant;
     use caustics_kernels::method::basic::BASIC;
     use caustics_kernels::method::path::PATH;
-    use caustics_kernels::{denoiser, history};
+    use caustics_kernels::{denoiser, history, method};
 
     #[test]
     fn parameters_that_do_not_apply_make_no_other_configuration() {
@@ -133,6 +134,29 @@ mod tests {
         assert_eq!(fancy(&PATH).effective().key(), RunConfig::new(&PATH).key());
         assert_eq!(fancy(&BASIC).effective().key(), fancy(&BASIC).key());
         assert_ne!(fancy(&BASIC).key(), RunConfig::new(&BASIC).key());
+    }
+
+    /// A field of the viewer that vanished by its own value could not be set back.
+    #[test]
+    fn whether_a_parameter_applies_does_not_depend_on_its_own_value() {
+        for &method in method::ALL {
+            for &denoiser in denoiser::ALL {
+                let run = RunConfig::new(method).with(|config| config.denoiser = denoiser);
+                for parameter in PARAMETERS.into_iter().filter(|parameter| **parameter != METHOD) {
+                    let Values::Names(names) = parameter.values else { continue };
+                    let reason = |value: &str| {
+                        let mut run = run.clone();
+                        parameter.set(&mut run, value).map(|()| (parameter.not_applicable)(&run))
+                    };
+                    let expected = reason(parameter.neutral);
+                    // A combination that cannot be set has no reason.
+                    for (value, _) in names().into_iter().filter(|(value, _)| reason(value).is_ok()) {
+                        let key = parameter.key;
+                        assert_eq!(reason(value), expected, "{key} {value} with {}", method.name);
+                    }
+                }
+            }
+        }
     }
 
     /// Results on disk are found by this text.

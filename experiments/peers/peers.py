@@ -26,7 +26,8 @@ import renderers
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
-OURS = "caustics progressive"
+# Ours, by what each has beyond the defaults.
+OURS = {"caustics progressive": [], "caustics progressive, shared": ["--indirect-share", "points"]}
 REFERENCE_SEED = 0x7472
 
 # What `caustics compare` calls a metric, and what a run result does.
@@ -55,7 +56,7 @@ def parse():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     scenes = ["mirror-room", "glossy-room", "ring", "cornell-box"]
     parser.add_argument("--scenes", nargs="+", default=scenes, help="folders below scenes/")
-    parser.add_argument("--renderers", nargs="+", default=[OURS, *renderers.PEERS], choices=[OURS, *renderers.PEERS])
+    parser.add_argument("--renderers", nargs="+", default=[*OURS, *renderers.PEERS], choices=[*OURS, *renderers.PEERS])
     parser.add_argument("--size", type=int, nargs=2, default=[320, 180], metavar=("WIDTH", "HEIGHT"))
     parser.add_argument("--budgets", type=float, nargs="+", default=[1, 5, 10], metavar="SECONDS")
     parser.add_argument("--seeds", type=int, default=5)
@@ -74,7 +75,7 @@ def of_scene(name, options):
     folder.mkdir(parents=True, exist_ok=True)
     reference = folder / "reference.exr"
     if not reference.exists():
-        render_ours(name, options, options.reference_frames, REFERENCE_SEED, reference)
+        render_ours(name, options, options.reference_frames, REFERENCE_SEED, reference, [])
     rows, bias = [], []
     for renderer in options.renderers:
         runs = [images(renderer, name, seed, folder, options) for seed in range(options.seeds)]
@@ -102,11 +103,11 @@ def short(value):
 
 def images(renderer, name, seed, folder, options):
     """An image for each budget; one run hands over all, and is kept for the next start of this script."""
-    stem = f"{renderer.replace(' ', '-')}-{seed}"
+    stem = f"{renderer.replace(',', '').replace(' ', '-')}-{seed}"
     known = folder / f"{stem}.json"
     if not known.exists():
-        if renderer == OURS:
-            runs = ours(name, seed, folder / stem, options)
+        if renderer in OURS:
+            runs = ours(renderer, name, seed, folder / stem, options)
         else:
             # A process of its own: libraries of the peers disturb each other, and its processor time is theirs alone.
             with multiprocessing.get_context("spawn").Pool(1) as pool:
@@ -128,10 +129,11 @@ def peer(renderer, name, seed, stem, options):
     return runs
 
 
-def ours(name, seed, stem, options):
+def ours(renderer, name, seed, stem, options):
     """Frames that fill each budget by what a frame costs beyond the start, measured before."""
+    more = OURS[renderer]
     few, many = 4, 24
-    spent = [render_ours(name, options, count, seed, f"{stem}-trial.exr") for count in (few, many)]
+    spent = [render_ours(name, options, count, seed, f"{stem}-trial.exr", more) for count in (few, many)]
     frame = (spent[1] - spent[0]) / (many - few)
     start = spent[0] - few * frame
     version = subprocess.run([options.caustics, "--version"], capture_output=True, text=True).stdout.strip()
@@ -139,16 +141,16 @@ def ours(name, seed, stem, options):
     for budget in options.budgets:
         frames = max(1, round(budget * options.threads / frame))
         file = f"{stem}-{budget:g}s.exr"
-        seconds = (render_ours(name, options, frames, seed, file) - start) / options.threads
+        seconds = (render_ours(name, options, frames, seed, file, more) - start) / options.threads
         # A few frames do not tell well what many cost: what takes too long is rendered again, shorter.
         while seconds > 1.03 * budget and frames > 1:
             frames = max(1, min(frames - 1, int(frames * budget / seconds)))
-            seconds = (render_ours(name, options, frames, seed, file) - start) / options.threads
+            seconds = (render_ours(name, options, frames, seed, file, more) - start) / options.threads
         runs.append({"file": file, "seconds": seconds, "samples": frames, "version": version})
     return runs
 
 
-def render_ours(name, options, frames, seed, file):
+def render_ours(name, options, frames, seed, file, more):
     """Renders, and says how much processor time it took (s)."""
     width, height = map(str, options.size)
     used = lambda: sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
@@ -156,7 +158,7 @@ def render_ours(name, options, frames, seed, file):
     command = [options.caustics, "render", str(ROOT / "scenes" / name), "-o", str(file), "--force"]
     command += ["--method", "progressive", "--pixel-filter", "box", "--width", width, "--height", height]
     command += ["--frames", str(frames), "--seed", str(seed), "--max-bounces", str(renderers.BOUNCES)]
-    command += ["--runner", "cpu", "--threads", str(options.threads)]
+    command += ["--runner", "cpu", "--threads", str(options.threads), *more]
     subprocess.run(command, check=True, capture_output=True)
     return used() - before
 

@@ -91,7 +91,7 @@ pub(crate) fn passes() -> Vec<&'static Pass> {
         // So many lights that some share their maps.
         light_groups: LightGroups::new(LightGroups::max_count(0) + 1, 0),
         moved: 1,
-        share_radius_px: 1.0,
+        share_radius_px: 2.0,
         ..FrameParams::default()
     };
     let mut passes = vec![&STEP_SAMPLE, &STEP_HIT, &STEP_SCATTER, &STEP_EMIT];

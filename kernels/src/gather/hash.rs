@@ -32,6 +32,12 @@ pub fn slot(cell: IVec3, salt: u32, cell_mask: u32) -> u32 {
     x.wrapping_add(y ^ (y >> 15)).wrapping_add(z ^ (z >> 13)).wrapping_add(salt) & cell_mask
 }
 
+/// Salt of the cells of a level, which separates the levels in the hash table.
+#[inline(always)]
+pub fn salt(level: u32) -> u32 {
+    level.wrapping_mul(0x27d4_eb2f)
+}
+
 /// Reserves entries for a block of slots, if `slot` is its first. Entries of neighbours in a block lie next to each other.
 /// `index_1` holds the counts of all slots and, behind them, the number of entries reserved so far. `index_2` gets the start and
 /// the end of each slot's range; the end starts equal to the start.
@@ -133,6 +139,20 @@ impl Run {
         let Run { first, last_x, .. } = *self;
         cell.y == first.y && cell.z == first.z && cell.x >= first.x && cell.x <= last_x
     }
+
+    /// The same by [`cell_bits`], for a position in the box of all runs.
+    #[inline(always)]
+    pub fn holds_bits(&self, bits: u32) -> bool {
+        let first = cell_bits(self.first);
+        let behind = (bits >> 16).wrapping_sub(first >> 16) & 31;
+        (bits ^ first) >> 21 == 0 && behind <= (self.last_x - self.first.x) as u32
+    }
+}
+
+/// Low bits of a cell, in the upper half of a word: they tell cells of a box apart that is below 32 cells wide.
+#[inline(always)]
+pub fn cell_bits(cell: IVec3) -> u32 {
+    (cell.x as u32 & 31) << 16 | (cell.y as u32 & 31) << 21 | (cell.z as u32 & 31) << 26
 }
 
 /// Bin of a radius: its biased exponent.

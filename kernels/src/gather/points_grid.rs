@@ -9,7 +9,7 @@
 //! Limitations: slow with many levels, and where points crowd a cell, as on a surface seen from afar at a grazing angle. The
 //! result is exact for every radius.
 
-use crate::gather::hash::{RADIUS_BINS, Runs, cell, cell_size_of, radius_bin, reserve, slot};
+use crate::gather::hash::{RADIUS_BINS, Runs, cell, cell_size_of, radius_bin, reserve, salt, slot};
 use crate::gather::tables::{Build, Tables};
 use crate::gather::variant::{Over, Side, Stage, Variant, WordCount};
 use crate::gather::{Gather, Index, Near, Visit};
@@ -79,12 +79,6 @@ impl Index for PointsGrid {
             }
         }
     }
-}
-
-/// Salt of the cells of a level, which separates the levels in the hash table.
-#[inline(always)]
-fn salt(bin: u32) -> u32 {
-    bin.wrapping_mul(0x27d4_eb2f)
 }
 
 /// The point at an index of `pixel_order`.

@@ -146,6 +146,12 @@ impl FrameParams {
         self.width >> 31
     }
 
+    /// Whether the radius of shared indirect light is worth a search: below, few discs hold another point.
+    #[inline(always)]
+    pub fn shares_indirect(&self) -> bool {
+        self.share_radius_px >= 1.2
+    }
+
     /// Number of pixels of the image.
     pub fn pixel_count(&self) -> u32 {
         self.width * self.height

@@ -2,7 +2,7 @@
 //! rounded to the precision of a collection point, so that camera paths and light paths see one material.
 
 use caustics_kernel_macros::shared;
-use spirv_std::glam::{Vec2, Vec3};
+use spirv_std::glam::{UVec3, Vec2, Vec3};
 
 /// Converts a value in [0, 1] to the nearest half float, without its sign.
 #[shared]
@@ -54,6 +54,34 @@ pub fn from_rgbe(word: u32) -> Vec3 {
     }
     let scale = f32::from_bits((exponent - 7) << 23);
     Vec3::new((word & 255) as f32, (word >> 8 & 255) as f32, (word >> 16 & 255) as f32) * scale
+}
+
+/// Exponent of a word of [`to_rgbe`].
+#[inline(always)]
+pub fn exponent(word: u32) -> u32 {
+    word >> 24
+}
+
+/// Shift of a mantissa of the largest exponent in [`rgbe_quanta`].
+const LARGEST_SHIFT: u32 = 23;
+
+/// Converts a word of [`to_rgbe`] to integers, whose sums do not depend on an order. Their unit is [`rgbe_quantum`] of the largest
+/// exponent of all words.
+#[inline(always)]
+pub fn rgbe_quanta(word: u32, largest: u32) -> UVec3 {
+    let mantissas = UVec3::new(word & 255, word >> 8 & 255, word >> 16 & 255);
+    let below = largest - exponent(word);
+    if below <= LARGEST_SHIFT {
+        mantissas << (LARGEST_SHIFT - below)
+    } else {
+        mantissas >> (below - LARGEST_SHIFT).min(31)
+    }
+}
+
+/// Unit of [`rgbe_quanta`] for a largest exponent from 31 on.
+#[inline(always)]
+pub fn rgbe_quantum(largest: u32) -> f32 {
+    f32::from_bits((largest - 7 - LARGEST_SHIFT) << 23)
 }
 
 /// Converts a value in [0, 1] to the nearest share of 255.
@@ -131,6 +159,21 @@ mod tests {
         let bright = Vec3::new(255.9, 1.0, 0.0);
         assert_eq!(from_rgbe(to_rgbe(bright, Vec3::splat(0.5))), Vec3::new(256.0, 2.0, 0.0));
         assert!(to_rgbe(Vec3::splat(8.0e37), Vec3::splat(0.99)) >> 24 < 255);
+    }
+
+    #[test]
+    fn words_of_three_bytes_and_an_exponent_are_integers_of_a_common_quantum() {
+        let color = Vec3::new(1.0, 0.3, 0.0001);
+        let largest = exponent(to_rgbe(1.0e4 * color, Vec3::splat(0.5)));
+        for scale in [1.0e4, 1.0, 1.0e-1] {
+            let word = to_rgbe(scale * color, Vec3::splat(0.5));
+            let value = rgbe_quanta(word, largest).as_vec3() * rgbe_quantum(largest);
+            assert_eq!(value, from_rgbe(word));
+        }
+        let small = to_rgbe(1.0e-5 * color, Vec3::splat(0.5));
+        let value = rgbe_quanta(small, largest).as_vec3() * rgbe_quantum(largest);
+        assert!((value - from_rgbe(small)).abs().max_element() < rgbe_quantum(largest));
+        assert_eq!(rgbe_quanta(0, largest), UVec3::ZERO);
     }
 
     #[test]

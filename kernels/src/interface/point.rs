@@ -67,11 +67,13 @@ pub struct PointDirect {
 /// incident radiance times the cosine, over pi and the density of the sampled direction. The words are those of
 /// [`packed::to_rgbe`](super::packed::to_rgbe).
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct IndirectSample {
-    /// Light for points that are 0 to 3 camera vertices deeper than this one. Light of many scatterings is left out where the whole
+    /// Light for points that are 0 to 2 camera vertices deeper than this one. Light of many scatterings is left out where the whole
     /// path would exceed `max_bounces`. `NONE`: the point gives nothing.
-    pub light: [u32; 4],
+    pub light: [u32; 3],
+    /// One over the distance to the surface that the path met next (1/m); 0 if it met none.
+    pub proximity: f32,
 }
 
 /// A point that shares its indirect light, in the order of the index: all that a search reads of points that it does not take.
@@ -80,8 +82,8 @@ pub struct IndirectSample {
 pub struct SharingPoint {
     /// Position (m).
     pub position: Vec3,
-    /// Camera vertex in the low half, level of the index in the high half.
-    pub depth_and_level: u32,
+    /// Camera vertex in the lowest byte, level of the index in the next; then the bits of the cell (`gather::hash::cell_bits`).
+    pub key: u32,
 }
 
 /// The light of such a point.

@@ -202,7 +202,7 @@ fn all_steps() -> Vec<Step> {
         photon_capacity: 1,
         light_count: 1,
         moved: 1,
-        share_radius_px: 1.0,
+        share_radius_px: 2.0,
         ..FrameParams::default()
     };
     let mut steps = Vec::new();

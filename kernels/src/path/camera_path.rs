@@ -81,7 +81,7 @@ pub struct CameraPathLight {
     pub direct: PointDirect,
     /// The part of the radiance that was found before the first non-delta bounce (W m^-2 sr^-1).
     pub delta_prefix: Vec3,
-    /// Indirect light at the collection point. Needs [`Features::INDIRECT`].
+    /// Indirect light at the collection point. Needs [`Features::INDIRECT`], and a frame in which points share it.
     pub indirect: IndirectSample,
 }
 

@@ -75,9 +75,10 @@ pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 4);
 type PathRecord = Record<WORDS, ROOM>;
 
 /// Number of depths of points that an [`IndirectSample`] serves.
-const SHARED_DEPTHS: usize = 4;
-/// Index of the words of the demodulation in the record of indirect light.
+const SHARED_DEPTHS: usize = 3;
+// Indices of words in the record of indirect light, behind the light itself.
 const DEMODULATION: usize = 3 * SHARED_DEPTHS;
+const PROXIMITY: usize = DEMODULATION + 3;
 
 // Indices of the words of the path's own record, beside its sums.
 const CLASS_PROBABILITY: usize = 12;
@@ -93,6 +94,8 @@ pub struct PathScratch<'a> {
     words: &'a mut [u32; ROOM],
     /// Code that is compiled in.
     features: Features,
+    /// Whether it keeps indirect light: with [`Features::INDIRECT`], in frames in which points share it.
+    pub keeps_indirect: bool,
     /// The path's own record.
     own: PathRecord,
     /// The pencil: its axes and its derivatives by the origin at the eye, and those by the direction there.
@@ -111,7 +114,8 @@ impl<'a> PathScratch<'a> {
         let [own, by_origin, by_direction] =
             [PathRecord::at(first), PathRecord::at(first + 1), PathRecord::at(first + 2)];
         let (pencil, indirect) = ([by_origin, by_direction], PathRecord::at(first + 3));
-        let mut scratch = PathScratch { words, features, own, pencil, indirect };
+        let keeps_indirect = features.has(Features::INDIRECT) && params.shares_indirect();
+        let mut scratch = PathScratch { words, features, keeps_indirect, own, pencil, indirect };
         scratch.set(Sum::Radiance, Vec3::ZERO);
         if features.has(Features::PARTS) {
             scratch.set(Sum::Prefix, Vec3::ZERO);
@@ -119,13 +123,14 @@ impl<'a> PathScratch<'a> {
             scratch.set(Sum::DeltaPrefix, Vec3::ZERO);
             scratch.set_class_probability(0.0);
         }
-        if features.has(Features::INDIRECT) {
+        if keeps_indirect {
             let mut left = 0;
             while left < SHARED_DEPTHS {
                 indirect.put3(scratch.words, 3 * left, Vec3::ZERO);
                 left += 1;
             }
             scratch.set_demodulation(Vec3::ZERO);
+            scratch.set_proximity(0.0);
         }
         scratch.set_cone(start.cone, 0.0);
         if needs_virtual_image(features) {
@@ -161,7 +166,7 @@ impl<'a> PathScratch<'a> {
     /// Adds indirect light that leaves a path room for this number of further scatterings.
     #[inline(always)]
     pub fn add_indirect(&mut self, left: u32, light: Vec3) {
-        if self.features.has(Features::INDIRECT) {
+        if self.keeps_indirect {
             let word = 3 * (left as usize).min(SHARED_DEPTHS - 1);
             let sum = self.indirect.take3(self.words, word) + light;
             self.indirect.put3(self.words, word, sum);
@@ -174,13 +179,20 @@ impl<'a> PathScratch<'a> {
         self.indirect.put3(self.words, DEMODULATION, factor);
     }
 
+    /// Sets one over the distance from the collection point to the next surface of the path (1/m).
+    #[inline(always)]
+    pub fn set_proximity(&mut self, proximity: f32) {
+        self.indirect.put(self.words, PROXIMITY, proximity.to_bits());
+    }
+
     /// Sample of the indirect light, rounded by the bits of a random word.
     #[inline(always)]
     pub fn indirect_sample(&self, bits: u32) -> IndirectSample {
         let offset = |bits: u32| (bits & 1023) as f32 * (1.0 / 1024.0);
         let offsets = Vec3::new(offset(bits), offset(bits >> 10), offset(bits >> 20));
         let factor = self.indirect.take3(self.words, DEMODULATION);
-        let mut sample = IndirectSample { light: [NONE; SHARED_DEPTHS] };
+        let proximity = f32::from_bits(self.indirect.take(self.words, PROXIMITY));
+        let mut sample = IndirectSample { light: [NONE; SHARED_DEPTHS], proximity };
         let mut sum = Vec3::ZERO;
         let mut deeper = SHARED_DEPTHS;
         while deeper > 0 && factor.x > 0.0 {

@@ -126,6 +126,9 @@ impl CameraPath {
         let mut texture_width = 0.0;
         if self.in_prefix {
             texture_width = advance_prefix(traced.hit.distance, context, scratch);
+        } else if segment.from_prefix && scratch.keeps_indirect {
+            // This segment left the collection point
+            scratch.set_proximity(1.0 / (segment.passed + traced.hit.distance));
         }
         let vertex = vertex(scene, features, &segment.ray, &traced.hit, texture_width);
         let material = material_at(scene, &vertex, features);
@@ -309,7 +312,7 @@ impl CameraPath {
                 let (depth, eta) = (self.depth, scattering.bsdf.eta);
                 let point =
                     collection_point(arrival, depth, class_probability, eta, self.eye_cone, context, scratch);
-                if context.features.has(Features::INDIRECT) {
+                if scratch.keeps_indirect {
                     let diffuse = scattering.bsdf.diffuse_probability() / class_probability;
                     let carried = point.shading.throughput;
                     scratch.set_demodulation(demodulation(
@@ -425,7 +428,7 @@ impl CameraPath {
         if features.has(Features::PARTS) && self.in_delta_prefix {
             light.delta_prefix = light.radiance;
         }
-        if features.has(Features::INDIRECT) {
+        if scratch.keeps_indirect {
             light.indirect = scratch.indirect_sample(self.rng.ray_key(ROUNDING));
         }
         if !is_finite(light.radiance.element_sum()) {

@@ -19,7 +19,8 @@
 //! grid for each power of two of the radius, as the gather `points-grid`. A point searches the grids of its own radius, of half and of
 //! twice that.
 //!
-//! Cost: an index over the points, and a search of some 200 of them a pixel, of which 64 give samples. Both fall with the radius.
+//! Cost: an index over the points, and a search of some 200 of them a pixel, of which 60 give samples. Both fall with the radius. Where
+//! discs overlap by the hundred, as those of points seen in a rough mirror, random points are left out of the index.
 //! Limitations: light is blurred within the radius, also across the edges of shadows of indirect light that a far object throws. Only
 //! diffuse lobes share. Points whose color lacks a channel neither give nor take. A tile of an image takes samples of
 //! its own pixels alone.
@@ -38,9 +39,10 @@ use crate::interface::material::Material;
 use crate::interface::packed::{exponent, from_rgbe, rgbe_quanta, rgbe_quantum};
 use crate::interface::point::{IndirectSample, PointGeometry, PointShading, SharedLight, SharingPoint};
 use crate::math::quanta::Quanta;
+use crate::math::rng::pcg4d;
 use crate::platform::{AtomicWords, Atomics, Slots, Words};
 use crate::surface::textured::material_of;
-use spirv_std::glam::{UVec3, Vec3};
+use spirv_std::glam::{UVec3, UVec4, Vec3};
 
 /// Stage that shares indirect light between collection points.
 #[cfg(not(target_arch = "spirv"))]
@@ -68,6 +70,10 @@ pub const SHARE_RADIUS_PX: f32 = 8.0;
 const COUNT: u32 = 0;
 const RESERVE: u32 = 1;
 const FILL: u32 = 2;
+/// Number of points of a slot above which some are left out.
+const MAX_IN_SLOT: u32 = 48;
+/// Word of the random numbers that decide which.
+const CROWD_SALT: u32 = 0x7368_6172;
 /// Index of the word behind the levels that holds the exponent of the frame's largest sample.
 const LARGEST: u32 = RADIUS_BINS;
 /// Smallest such exponent for which samples are shared: that of 1e-25.
@@ -135,7 +141,7 @@ pub fn share_index(
         share_levels.fetch_max(LARGEST, exponent(sample.light[0]));
         share_counts.add(slot, 1);
     }
-    if dispatch.level == FILL {
+    if dispatch.level == FILL && is_kept(pixel, share_counts.get(slot), params) {
         // Take the next entry of the slot. The order in a cell is free, because sums are integers.
         let to = share_ranges.add(2 * slot + 1, 1);
         let shading = &point_shading[pixel as usize];
@@ -144,6 +150,13 @@ pub fn share_index(
         let PointShading { shading_normal, material, .. } = *shading;
         shared_light.write(to, SharedLight { shading_normal, material, sample });
     }
+}
+
+/// Whether a point of a crowded slot is among the `MAX_IN_SLOT` or so that stay, by a random number of its own.
+#[inline(always)]
+fn is_kept(pixel: u32, in_slot: u32, params: &FrameParams) -> bool {
+    let random = pcg4d(UVec4::new(params.film_pixel(pixel), params.frame, params.seed, CROWD_SALT)).x;
+    in_slot <= MAX_IN_SLOT || random as f32 * (1.0 / 4_294_967_296.0) * (in_slot as f32) < MAX_IN_SLOT as f32
 }
 
 /// Replaces the indirect light of each point by the mean of the samples around it.

@@ -140,7 +140,7 @@ impl Run {
         cell.y == first.y && cell.z == first.z && cell.x >= first.x && cell.x <= last_x
     }
 
-    /// The same by [`cell_bits`], for a position in the box of all runs.
+    /// Whether a position with these [`cell_bits`] is in one of the run's cells. It must be in the box of all runs.
     #[inline(always)]
     pub fn holds_bits(&self, bits: u32) -> bool {
         let first = cell_bits(self.first);

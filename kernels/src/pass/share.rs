@@ -12,8 +12,8 @@
 //! scatterings. A point takes no samples of deeper points: these lack light. Paths that found nothing leave a zero, which counts.
 //!
 //! Near other surfaces, indirect light changes fast, as in corners and contact shadows. The radius is therefore at most a share of the
-//! harmonic mean distance of the surfaces that the paths around a point met [Ward, Rubinstein and Clear 1988, A ray tracing solution
-//! for diffuse interreflection]. It also keeps the floor on one side of a thin wall from taking much light of the other side.
+//! harmonic mean distance of the surfaces that the paths around a point met. This is the bound of irradiance caching [Ward, Rubinstein
+//! and Clear 1988]. It also keeps the floor on one side of a thin wall from taking much light of the other side.
 //!
 //! Sums are integers, whose quantum is a power of two below the largest sample of the frame: no sample is clamped. The index has a
 //! grid for each power of two of the radius, as the gather `points-grid`. A point searches the grids of its own radius, of half and of

@@ -84,6 +84,18 @@ pub fn rgbe_quantum(largest: u32) -> f32 {
     f32::from_bits((largest - 7 - LARGEST_SHIFT) << 23)
 }
 
+/// Converts two values to floats of 16 bits with the exponents of `f32` (bfloat16), rounded towards zero.
+#[inline(always)]
+pub fn to_bfloats(first: f32, second: f32) -> u32 {
+    first.to_bits() >> 16 | second.to_bits() & 0xffff_0000
+}
+
+/// Converts a word of [`to_bfloats`] to its values.
+#[inline(always)]
+pub fn from_bfloats(word: u32) -> (f32, f32) {
+    (f32::from_bits(word << 16), f32::from_bits(word & 0xffff_0000))
+}
+
 /// Converts a value in [0, 1] to the nearest share of 255.
 #[inline]
 pub fn to_byte(value: f32) -> u32 {

@@ -71,10 +71,14 @@ pub struct PointDirect {
 pub struct IndirectSample {
     /// Light for points that are 0 to 2 camera vertices deeper than this one. Light of many scatterings is left out where the whole
     /// path would exceed `max_bounces`. `NONE`: the point gives nothing.
-    pub light: [u32; 3],
-    /// One over the distance to the surface that the path met next (1/m); 0 if it met none.
-    pub proximity: f32,
+    pub light: [u32; SHARED_DEPTHS],
+    /// Two numbers by [`packed::to_bfloats`](super::packed::to_bfloats). First, the radius of the point (m) without the width that rough
+    /// lobes add. Then one over the distance to the surface that the path met next (1/m), or 0 if it met none.
+    pub radius_and_proximity: u32,
 }
+
+/// Number of depths of points that an [`IndirectSample`] serves: its own, and those below.
+pub const SHARED_DEPTHS: usize = 3;
 
 /// A point that shares its indirect light, in the order of the index: all that a search reads of points that it does not take.
 #[repr(C)]

@@ -16,11 +16,14 @@
 //! and Clear 1988]. It also keeps the floor on one side of a thin wall from taking much light of the other side.
 //!
 //! Sums are integers, whose quantum is a power of two below the largest sample of the frame: no sample is clamped. The index has a
-//! grid for each power of two of the radius, as the gather `points-grid`. A point searches the grids of its own radius, of half and of
-//! twice that.
+//! grid for each power of two of the radius, as the gather `points-grid`. A point searches the grid of its own radius. Where it finds
+//! few samples, it also searches those of half and of twice that radius.
 //!
-//! Cost: an index over the points, and a search of some 200 of them a pixel, of which 60 give samples. Both fall with the radius. Where
-//! discs overlap by the hundred, as those of points seen in a rough mirror, random points are left out of the index.
+//! Radii leave out the width that rough lobes add to the cone of a pixel. So a disc holds some 64 points in the first frame, also
+//! where it is seen in a rough mirror.
+//!
+//! Cost: an index over the points, and a search of some 200 of them a pixel, of which 50 give samples. Both fall with the radius. Where
+//! many views of a surface overlap, random points are left out of the index.
 //! Limitations: light is blurred within the radius, also across the edges of shadows of indirect light that a far object throws. Only
 //! diffuse lobes share. Points whose color lacks a channel neither give nor take. A tile of an image takes samples of
 //! its own pixels alone.
@@ -36,8 +39,10 @@ use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::material::Material;
-use crate::interface::packed::{exponent, from_rgbe, rgbe_quanta, rgbe_quantum};
-use crate::interface::point::{IndirectSample, PointGeometry, PointShading, SharedLight, SharingPoint};
+use crate::interface::packed::{exponent, from_bfloats, from_rgbe, rgbe_quanta, rgbe_quantum};
+use crate::interface::point::{
+    IndirectSample, PointGeometry, PointShading, SHARED_DEPTHS, SharedLight, SharingPoint,
+};
 use crate::math::quanta::Quanta;
 use crate::math::rng::pcg4d;
 use crate::platform::{AtomicWords, Atomics, Slots, Words};
@@ -71,15 +76,15 @@ const COUNT: u32 = 0;
 const RESERVE: u32 = 1;
 const FILL: u32 = 2;
 /// Number of points of a slot above which some are left out.
-const MAX_IN_SLOT: u32 = 48;
+const MAX_IN_SLOT: u32 = 32;
 /// Word of the random numbers that decide which.
 const CROWD_SALT: u32 = 0x7368_6172;
 /// Index of the word behind the levels that holds the exponent of the frame's largest sample.
 const LARGEST: u32 = RADIUS_BINS;
 /// Smallest such exponent for which samples are shared: that of 1e-25.
 const MIN_LARGEST: u32 = 43;
-/// Largest number of camera vertices by which a point that takes a sample may be deeper than the point that gives it.
-const MAX_DEEPER: u32 = 2;
+/// Number of samples of a point's own level with which it does not search the next ones.
+const ENOUGH: u32 = 4;
 /// Largest radius over the harmonic mean distance of surfaces. Beside an infinite wall at right angles, the mean of one over the
 /// distance is 2 / (3 pi) over the distance to the wall. So radii are at most 1.2 times the distance to it.
 const MAX_PROXIMITY: f32 = 0.25;
@@ -96,8 +101,8 @@ pub fn cell_mask(params: &FrameParams) -> u32 {
 
 /// Radius within which a point takes samples (m).
 #[inline(always)]
-fn share_radius(point: &PointGeometry, params: &FrameParams) -> f32 {
-    point.radius * (params.share_radius_px / params.radius_px)
+fn share_radius(sample: &IndirectSample, params: &FrameParams) -> f32 {
+    from_bfloats(sample.radius_and_proximity).0 * (params.share_radius_px / params.radius_px)
 }
 
 /// Edge of a cell of a level (m): between the radius and its double.
@@ -133,7 +138,7 @@ pub fn share_index(
     if !point.exists() || sample.light[0] == NONE {
         return;
     }
-    let level = radius_bin(share_radius(&point, params));
+    let level = radius_bin(share_radius(&sample, params));
     let cell = cell(point.position, cell_size(level));
     let slot = slot(cell, salt(level), mask);
     if dispatch.level == COUNT {
@@ -155,8 +160,12 @@ pub fn share_index(
 /// Whether a point of a crowded slot is among the `MAX_IN_SLOT` or so that stay, by a random number of its own.
 #[inline(always)]
 fn is_kept(pixel: u32, in_slot: u32, params: &FrameParams) -> bool {
-    let random = pcg4d(UVec4::new(params.film_pixel(pixel), params.frame, params.seed, CROWD_SALT)).x;
-    in_slot <= MAX_IN_SLOT || random as f32 * (1.0 / 4_294_967_296.0) * (in_slot as f32) < MAX_IN_SLOT as f32
+    let mut kept = true;
+    if in_slot > MAX_IN_SLOT {
+        let random = pcg4d(UVec4::new(params.film_pixel(pixel), params.frame, params.seed, CROWD_SALT)).x;
+        kept = random as f32 * (1.0 / 4_294_967_296.0) * (in_slot as f32) < MAX_IN_SLOT as f32;
+    }
+    kept
 }
 
 /// Replaces the indirect light of each point by the mean of the samples around it.
@@ -178,7 +187,8 @@ pub fn share_gather(
 ) {
     let pixel = pixel_order[index as usize];
     let point = point_geometry[pixel as usize];
-    let own = point_indirect[pixel as usize].light[0];
+    let sample = point_indirect[pixel as usize];
+    let own = sample.light[0];
     let largest = share_levels[LARGEST as usize];
     if !point.exists() || own == NONE || largest < MIN_LARGEST {
         return;
@@ -188,7 +198,7 @@ pub fn share_gather(
     let samples =
         Samples { levels: share_levels, ranges: share_ranges, points: sharing_points, light: shared_light };
     // Halve the radius until no surface is near
-    let largest_radius = share_radius(&point, params);
+    let largest_radius = share_radius(&sample, params);
     let mut radius = largest_radius;
     let mut taken = Taken::default();
     let mut searches = 0;
@@ -226,10 +236,10 @@ impl Taker {
         let height = along.dot(self.point.normal).abs();
         along.length_squared() <= radius * radius
             && height <= DISC_THICKNESS * radius
-            && self.deeper(giver) <= MAX_DEEPER
+            && self.deeper(giver) < SHARED_DEPTHS as u32
     }
 
-    /// Number of camera vertices by which this point is deeper than one that gives; above `MAX_DEEPER` if it is less deep.
+    /// Number of camera vertices by which this point is deeper than one that gives; a huge number if it is less deep.
     #[inline(always)]
     fn deeper(&self, giver: &SharingPoint) -> u32 {
         self.point.depth.wrapping_sub(giver.key & 0xff)
@@ -290,14 +300,14 @@ struct Samples<'a> {
 }
 
 impl Samples<'_> {
-    /// Samples within a radius around a point, of its own level and of those next to it.
+    /// Samples within a radius around a point: those of its own level and, if they are few, of those next to it.
     #[inline(always)]
     fn around(&self, taker: &Taker, radius: f32, own_level: u32, cell_mask: u32) -> Taken {
         let half_extent = disc_half_extent(&PointGeometry { radius, ..taker.point });
-        let mut taken = Taken::default();
+        let mut taken = self.of_level(own_level, taker, radius, half_extent, cell_mask, Taken::default());
         let mut level = own_level.max(1) - 1;
-        while level <= own_level + 1 {
-            if self.levels[(level & (RADIUS_BINS - 1)) as usize] != 0 {
+        while level <= own_level + 1 && taken.count < ENOUGH {
+            if level != own_level && self.levels[(level & (RADIUS_BINS - 1)) as usize] != 0 {
                 taken = self.of_level(level, taker, radius, half_extent, cell_mask, taken);
             }
             level += 1;
@@ -334,7 +344,8 @@ impl Samples<'_> {
                     if taker.is_alike(light) {
                         let sample = light.sample.light[taker.deeper(&giver) as usize];
                         let value = rgbe_quanta(sample, taker.largest);
-                        taken = taken.plus(value, radius * light.sample.proximity);
+                        let (_, proximity) = from_bfloats(light.sample.radius_and_proximity);
+                        taken = taken.plus(value, radius * proximity);
                     }
                 }
                 entry += 1;

@@ -62,11 +62,9 @@ pub fn collection_point(
     if needs_virtual_image(context.features) {
         virtual_image = scratch.pencil().virtual_image(length);
     }
-    let cos = here.to_previous.dot(here.face_normal);
-    let eye_width = eye_cone.advance(length).width;
     let geometry = PointGeometry {
         position: here.position,
-        radius: cone.radius(cos, context.params.radius_px, here.position, eye_width),
+        radius: disc_radius(cone, length, &here, eye_cone, context),
         normal: here.face_normal,
         depth,
     };
@@ -86,6 +84,32 @@ pub fn collection_point(
         (shading.red_green, shading.blue_roughness_metallic) = packed(&material);
     }
     CollectionPoint { geometry, shading, length }
+}
+
+/// Radius of the disc (m) around a vertex, for a cone of this length.
+#[inline(always)]
+fn disc_radius(
+    cone: RayCone,
+    length: f32,
+    here: &Vertex,
+    eye_cone: RayCone,
+    context: PathContext<'_>,
+) -> f32 {
+    let cos = here.to_previous.dot(here.face_normal);
+    cone.radius(cos, context.params.radius_px, here.position, eye_cone.advance(length).width)
+}
+
+/// Radius of the disc (m) of a collection point, without the width of rough lobes. A rough mirror widens the cone of a pixel, but
+/// does not spread the points of all pixels over a larger area. So this radius gives the distance between points.
+#[inline(always)]
+pub fn radius_without_rough_lobes(
+    arrival: &Arrival,
+    eye_cone: RayCone,
+    context: PathContext<'_>,
+    scratch: &PathScratch<'_>,
+) -> f32 {
+    let (cone, length) = scratch.cone();
+    disc_radius(RayCone { rough_width: 0.0, ..cone }, length, &arrival.vertex, eye_cone, context)
 }
 
 /// Minimum probability of the diffuse lobes of a point that shares indirect light: its samples are at most this much brighter.

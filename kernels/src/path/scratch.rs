@@ -24,8 +24,8 @@ use super::camera_ray::CameraPathStart;
 use super::prefix::needs_virtual_image;
 use crate::interface::NONE;
 use crate::interface::features::Features;
-use crate::interface::packed::to_rgbe;
-use crate::interface::point::{IndirectSample, PointDirect};
+use crate::interface::packed::{to_bfloats, to_rgbe};
+use crate::interface::point::{IndirectSample, PointDirect, SHARED_DEPTHS};
 use crate::interface::ray::Ray;
 use crate::light::light_sampling::FEW_LIGHTS;
 use crate::math::cone::RayCone;
@@ -74,11 +74,10 @@ pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 4);
 
 type PathRecord = Record<WORDS, ROOM>;
 
-/// Number of depths of points that an [`IndirectSample`] serves.
-const SHARED_DEPTHS: usize = 3;
 // Indices of words in the record of indirect light, behind the light itself.
 const DEMODULATION: usize = 3 * SHARED_DEPTHS;
 const PROXIMITY: usize = DEMODULATION + 3;
+const SHARE_RADIUS: usize = PROXIMITY + 1;
 
 // Indices of the words of the path's own record, beside its sums.
 const CLASS_PROBABILITY: usize = 12;
@@ -95,7 +94,7 @@ pub struct PathScratch<'a> {
     /// Code that is compiled in.
     features: Features,
     /// Whether it keeps indirect light: with [`Features::INDIRECT`], in frames in which points share it.
-    pub keeps_indirect: bool,
+    keeps_indirect: bool,
     /// The path's own record.
     own: PathRecord,
     /// The pencil: its axes and its derivatives by the origin at the eye, and those by the direction there.
@@ -129,7 +128,7 @@ impl<'a> PathScratch<'a> {
                 indirect.put3(scratch.words, 3 * left, Vec3::ZERO);
                 left += 1;
             }
-            scratch.set_demodulation(Vec3::ZERO);
+            scratch.set_demodulation(Vec3::ZERO, 0.0);
             scratch.set_proximity(0.0);
         }
         scratch.set_cone(start.cone, 0.0);
@@ -163,6 +162,12 @@ impl<'a> PathScratch<'a> {
         self.own.put(self.words, CLASS_PROBABILITY, class_probability.to_bits());
     }
 
+    /// Whether the path keeps indirect light.
+    #[inline(always)]
+    pub fn keeps_indirect(&self) -> bool {
+        self.keeps_indirect
+    }
+
     /// Adds indirect light that leaves a path room for this number of further scatterings.
     #[inline(always)]
     pub fn add_indirect(&mut self, left: u32, light: Vec3) {
@@ -173,10 +178,12 @@ impl<'a> PathScratch<'a> {
         }
     }
 
-    /// Sets the factor that makes a sample of indirect light; zero: the point gives none.
+    /// Sets the factor that makes a sample of indirect light, and the radius of the point (m) without the width of rough lobes. A
+    /// factor of zero: the point gives none.
     #[inline(always)]
-    pub fn set_demodulation(&mut self, factor: Vec3) {
+    pub fn set_demodulation(&mut self, factor: Vec3, radius: f32) {
         self.indirect.put3(self.words, DEMODULATION, factor);
+        self.indirect.put(self.words, SHARE_RADIUS, radius.to_bits());
     }
 
     /// Sets one over the distance from the collection point to the next surface of the path (1/m).
@@ -191,8 +198,9 @@ impl<'a> PathScratch<'a> {
         let offset = |bits: u32| (bits & 1023) as f32 * (1.0 / 1024.0);
         let offsets = Vec3::new(offset(bits), offset(bits >> 10), offset(bits >> 20));
         let factor = self.indirect.take3(self.words, DEMODULATION);
-        let proximity = f32::from_bits(self.indirect.take(self.words, PROXIMITY));
-        let mut sample = IndirectSample { light: [NONE; SHARED_DEPTHS], proximity };
+        let number = |word| f32::from_bits(self.indirect.take(self.words, word));
+        let radius_and_proximity = to_bfloats(number(SHARE_RADIUS), number(PROXIMITY));
+        let mut sample = IndirectSample { light: [NONE; SHARED_DEPTHS], radius_and_proximity };
         let mut sum = Vec3::ZERO;
         let mut deeper = SHARED_DEPTHS;
         while deeper > 0 && factor.x > 0.0 {

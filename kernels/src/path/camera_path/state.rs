@@ -13,7 +13,7 @@ use crate::path::direct_light::choose_light_samples;
 use crate::path::emission::{environment_radiance, is_emitter, surface_emission};
 use crate::path::light_numbers::LightNumbers;
 use crate::path::observer::PathObserver;
-use crate::path::prefix::{advance_prefix, collection_point, demodulation};
+use crate::path::prefix::{advance_prefix, collection_point, demodulation, radius_without_rough_lobes};
 use crate::path::scratch::light_samples::{self, LightSamples};
 use crate::path::scratch::{PathScratch, Sum};
 use crate::path::{PathContext, count_rare};
@@ -126,7 +126,7 @@ impl CameraPath {
         let mut texture_width = 0.0;
         if self.in_prefix {
             texture_width = advance_prefix(traced.hit.distance, context, scratch);
-        } else if segment.from_prefix && scratch.keeps_indirect {
+        } else if segment.from_prefix && scratch.keeps_indirect() {
             // This segment left the collection point
             scratch.set_proximity(1.0 / (segment.passed + traced.hit.distance));
         }
@@ -312,15 +312,12 @@ impl CameraPath {
                 let (depth, eta) = (self.depth, scattering.bsdf.eta);
                 let point =
                     collection_point(arrival, depth, class_probability, eta, self.eye_cone, context, scratch);
-                if scratch.keeps_indirect {
+                if scratch.keeps_indirect() {
                     let diffuse = scattering.bsdf.diffuse_probability() / class_probability;
                     let carried = point.shading.throughput;
-                    scratch.set_demodulation(demodulation(
-                        carried,
-                        &scattered.sampled,
-                        &arrival.material,
-                        diffuse,
-                    ));
+                    let factor = demodulation(carried, &scattered.sampled, &arrival.material, diffuse);
+                    let radius = radius_without_rough_lobes(arrival, self.eye_cone, context, scratch);
+                    scratch.set_demodulation(factor, radius);
                 }
                 observer.collect(kept, &point);
             } else {
@@ -428,7 +425,7 @@ impl CameraPath {
         if features.has(Features::PARTS) && self.in_delta_prefix {
             light.delta_prefix = light.radiance;
         }
-        if scratch.keeps_indirect {
+        if scratch.keeps_indirect() {
             light.indirect = scratch.indirect_sample(self.rng.ray_key(ROUNDING));
         }
         if !is_finite(light.radiance.element_sum()) {

@@ -70,7 +70,8 @@ def main():
         frame, report = render(program, scratch, "frame", "--preset", "frame", "--aov", "normal,albedo")
         mean, _ = render(program, scratch, "mean", "--preset", "preview")
         reference, _ = render(
-            program, scratch, "reference", "--method", "progressive", "--frames", "256", "--seed", "7", "--pixel-filter", "box"
+            program, scratch, "reference", "--method", "progressive", "--frames", "256", "--seed", "7", "--pixel-filter", "box",
+            "--indirect-share", "none",
         )
     image = color(reference, "")
     exposure = 0.35 / np.exp(np.log(image.mean(axis=-1) + 1e-4).mean())

@@ -27,7 +27,8 @@ import renderers
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 # Ours, by what each has beyond the defaults.
-OURS = {"caustics progressive": [], "caustics progressive, shared": ["--indirect-share", "points"]}
+UNSHARED = ["--indirect-share", "none"]
+OURS = {"caustics progressive": [], "caustics progressive, not shared": UNSHARED}
 REFERENCE_SEED = 0x7472
 
 # What `caustics compare` calls a metric, and what a run result does.
@@ -75,7 +76,7 @@ def of_scene(name, options):
     folder.mkdir(parents=True, exist_ok=True)
     reference = folder / "reference.exr"
     if not reference.exists():
-        render_ours(name, options, options.reference_frames, REFERENCE_SEED, reference, [])
+        render_ours(name, options, options.reference_frames, REFERENCE_SEED, reference, UNSHARED)
     rows, bias = [], []
     for renderer in options.renderers:
         runs = [images(renderer, name, seed, folder, options) for seed in range(options.seeds)]

@@ -113,9 +113,10 @@ pub struct RenderConfig {
     /// Reuse of path-traced light from the previous frame, in methods that do not converge.
     #[serde(with = "by_name")]
     pub path_history: PathHistory,
-    /// Sharing of indirect light between collection points. References share none.
-    #[serde(with = "by_name")]
-    pub indirect_share: IndirectShare,
+    /// Sharing of indirect light between collection points. `None` selects the method's, which is the program's default. References
+    /// share none.
+    #[serde(with = "by_name_if_any")]
+    pub indirect_share: Option<IndirectShare>,
     /// Treatment of fireflies, in methods that do not converge.
     #[serde(with = "by_name")]
     pub fireflies: Fireflies,
@@ -151,7 +152,7 @@ impl Default for RenderConfig {
             sampler: Sampler::Independent,
             batches: 1,
             path_history: PathHistory::None,
-            indirect_share: IndirectShare::None,
+            indirect_share: Some(IndirectShare::None),
             fireflies: Fireflies::Kept,
             auxiliary: false,
         }
@@ -282,7 +283,13 @@ impl RenderConfig {
     /// Returns the configuration with the method's choice for each unset field that the method decides.
     #[must_use]
     pub fn with_defaults_of_method(self) -> RenderConfig {
-        RenderConfig { texture_filter: self.texture_filter.or(Some(self.method.texture_filter)), ..self }
+        let method = self.method;
+        let share = if method.shares_indirect { IndirectShare::Points } else { IndirectShare::None };
+        RenderConfig {
+            texture_filter: self.texture_filter.or(Some(method.texture_filter)),
+            indirect_share: self.indirect_share.or(Some(share)),
+            ..self
+        }
     }
 
     /// Whether light passes thin walls without a scattering event.
@@ -343,7 +350,7 @@ impl RenderConfig {
             .with(&BALANCE, self.light_paths == Paths::Auto && method.gathers)
             .with(&WIDEN, self.radius == Radius::Auto && method.chooses_gather)
             .with(&MORE_POINTS, self.collection_points > 1 && self.can_add_points())
-            .with(&SHARE, self.indirect_share == IndirectShare::Points && self.can_share_indirect())
+            .with(&SHARE, self.indirect_share == Some(IndirectShare::Points) && self.can_share_indirect())
             .with(&BOUND, self.fireflies == Fireflies::Bounded && !method.converges)
             .with(&PATH_HISTORY, keeps_path && method.gathers && !method.converges)
             .with(&AUXILIARY_LAYERS, self.auxiliary);

@@ -32,7 +32,7 @@ pub struct Parameter {
     pub description: &'static str,
     /// Values that it accepts.
     pub values: Values,
-    /// Default value; empty where the machine decides.
+    /// Default value; empty where the machine or the method decides.
     pub default: &'static str,
     /// Neutral value, for run configurations to which the parameter does not apply.
     pub neutral: &'static str,
@@ -265,9 +265,11 @@ pub static PATH_HISTORY: Parameter = Parameter {
 
 /// Sharing of indirect light between collection points.
 pub static INDIRECT_SHARE: Parameter = Parameter {
+    key: "indirect_share",
     head: "indirect share",
-    description: "Indirect light that collection points share",
-    default: "none",
+    description: "Indirect light that collection points share [default: points with --method progressive, else none]",
+    values: Values::Names(names::<IndirectShare>),
+    default: "",
     neutral: "none",
     shown: VisualEncoding::Words("share-", |value| format!("shared {value}")),
     not_applicable: |run| {
@@ -275,7 +277,11 @@ pub static INDIRECT_SHARE: Parameter = Parameter {
         (!discs).then_some("makes no discs around which points share").or((!run.config.can_share_indirect())
             .then_some("smooths or reuses path-traced light (--denoiser, --path-history)"))
     },
-    ..named!(indirect_share: IndirectShare)
+    get: |run| run.config.indirect_share.map_or("", |share| share.name()).into(),
+    set: |run, name| {
+        run.config.indirect_share = if name.is_empty() { None } else { Some(Named::find(name)?) };
+        Ok(())
+    },
 };
 
 /// Treatment of fireflies, rare bright samples of camera paths.

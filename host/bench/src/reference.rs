@@ -82,7 +82,7 @@ impl<'a> References<'a> {
             seed: SEED,
             history: &history::NONE,
             denoiser: &denoiser::NONE,
-            indirect_share: IndirectShare::None,
+            indirect_share: Some(IndirectShare::None),
             sampler: Sampler::Sobol,
             batches: BATCHES,
             exposure: 0.0,

@@ -32,7 +32,8 @@ impl RunConfig {
         RunConfig { name: run.short_name(), ..run }
     }
 
-    /// Sets every parameter that does not apply to its neutral value. Configurations that render the same become equal.
+    /// Sets every parameter that does not apply to its neutral value, and those that the method decides to its choice. Configurations
+    /// that render the same become equal.
     pub fn effective(mut self) -> RunConfig {
         for parameter in PARAMETERS {
             if (parameter.not_applicable)(&self).is_some() {
@@ -40,6 +41,8 @@ impl RunConfig {
                 let _ = parameter.set(&mut self, parameter.neutral);
             }
         }
+        let RenderConfig { indirect_share, .. } = self.config.clone().with_defaults_of_method();
+        self.config.indirect_share = indirect_share;
         self
     }
 
@@ -112,12 +115,13 @@ pub fn name_all(runs: &mut [RunConfig]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::parameter::Values;
+    use super::super::parameter::{INDIRECT_SHARE, Values};
     use super::*;
     use caustics::render_config::Radius;
     use caustics_kernels::gather::variant;
     use caustics_kernels::method::basic::BASIC;
     use caustics_kernels::method::path::PATH;
+    use caustics_kernels::method::progressive::PROGRESSIVE;
     use caustics_kernels::{denoiser, history, method};
 
     #[test]
@@ -134,6 +138,23 @@ mod tests {
         assert_eq!(fancy(&PATH).effective().key(), RunConfig::new(&PATH).key());
         assert_eq!(fancy(&BASIC).effective().key(), fancy(&BASIC).key());
         assert_ne!(fancy(&BASIC).key(), RunConfig::new(&BASIC).key());
+    }
+
+    #[test]
+    fn a_method_decides_whether_its_points_share_light_unless_it_is_said() {
+        let share = |method, value| {
+            let mut run = RunConfig::new(method);
+            INDIRECT_SHARE.set(&mut run, value).unwrap();
+            run
+        };
+        let effective = |run: RunConfig| INDIRECT_SHARE.get(&run.effective());
+        assert_eq!(effective(share(&PROGRESSIVE, "")), "points");
+        assert_eq!(effective(share(&PROGRESSIVE, "none")), "none");
+        assert_eq!(effective(share(&BASIC, "")), "none");
+        assert_eq!(effective(share(&BASIC, "points")), "points");
+        assert_eq!(effective(share(&PATH, "")), "none");
+        let denoised = share(&PROGRESSIVE, "").with(|config| config.denoiser = denoiser::ALL[1]);
+        assert_eq!(effective(denoised), "none");
     }
 
     /// A field of the viewer that vanished by its own value could not be set back.

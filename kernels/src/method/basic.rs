@@ -22,6 +22,7 @@ pub const BASIC: Method = Method {
     chooses_emission: true,
     converges: false,
     texture_filter: TextureFilter::Cone,
+    shares_indirect: false,
     passes_thin_walls: true,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },

@@ -55,6 +55,7 @@ pub const KIM2019: Method = Method {
     chooses_emission: true,
     converges: false,
     texture_filter: TextureFilter::Cone,
+    shares_indirect: false,
     passes_thin_walls: false,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },

@@ -38,6 +38,8 @@ pub struct Method {
     pub converges: bool,
     /// Texture filter of a camera prefix, unless the user chooses another.
     pub texture_filter: TextureFilter,
+    /// Whether its collection points share indirect light, unless the user chooses otherwise.
+    pub shares_indirect: bool,
     /// Whether its paths pass thin walls; else passing is an event, as published.
     pub passes_thin_walls: bool,
     /// Buffers of its own that outlive a frame, without those of histories.

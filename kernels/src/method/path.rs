@@ -36,6 +36,7 @@ pub const PATH: Method = Method {
     chooses_emission: false,
     converges: true,
     texture_filter: TextureFilter::Finest,
+    shares_indirect: false,
     passes_thin_walls: true,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, light_path_count: 0, ..params },

@@ -27,6 +27,7 @@ pub const PROGRESSIVE: Method = Method {
     chooses_emission: true,
     converges: true,
     texture_filter: TextureFilter::Finest,
+    shares_indirect: true,
     passes_thin_walls: true,
     keeps: &[],
     frame: |params, index| FrameParams {

@@ -66,6 +66,7 @@ pub const YANG2021: Method = Method {
     chooses_emission: false,
     converges: false,
     texture_filter: TextureFilter::Cone,
+    shares_indirect: false,
     passes_thin_walls: false,
     keeps: &["density", "density_pyramid", "density_feedback"],
     frame: |params, index| FrameParams { frame: index, ..params },

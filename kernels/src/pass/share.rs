@@ -81,7 +81,7 @@ const MAX_IN_SLOT: u32 = 32;
 const CROWD_SALT: u32 = 0x7368_6172;
 /// Index of the word behind the levels that holds the exponent of the frame's largest sample.
 const LARGEST: u32 = RADIUS_BINS;
-/// Smallest such exponent for which samples are shared: that of 1e-25.
+/// Smallest such exponent for which samples are shared: that of 1e-25. A scene without indirect light ends here.
 const MIN_LARGEST: u32 = 43;
 /// Number of samples of a point's own level with which it does not search the next ones.
 const ENOUGH: u32 = 4;
@@ -128,6 +128,9 @@ pub fn share_index(
     #[len = params.pixel_count()] mut shared_light: Slots<'_, SharedLight>,
 ) {
     let mask = cell_mask(params);
+    if dispatch.level != COUNT && share_levels.get(LARGEST) < MIN_LARGEST {
+        return;
+    }
     if dispatch.level == RESERVE {
         reserve_block(index, mask, &mut share_counts, &mut share_ranges);
         return;

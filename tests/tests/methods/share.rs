@@ -28,7 +28,7 @@ fn config(indirect_share: IndirectShare, seed: u32) -> RenderConfig {
         light_paths: Paths::Count(1800),
         pixel_filter: PixelFilter::Box,
         sampler: Sampler::Sobol,
-        indirect_share,
+        indirect_share: Some(indirect_share),
         seed,
         ..RenderConfig::default()
     }

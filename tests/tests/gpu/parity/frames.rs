@@ -79,7 +79,7 @@ fn image_means_agree_with_several_points_a_pixel() {
 #[test]
 fn image_means_agree_with_shared_indirect_light() {
     let scenes = [("mirror-room", load("mirror-room"))];
-    image_means_agree(&scenes, &RenderConfig { indirect_share: IndirectShare::Points, ..frames() });
+    image_means_agree(&scenes, &RenderConfig { indirect_share: Some(IndirectShare::Points), ..frames() });
 }
 
 fn frames() -> RenderConfig {

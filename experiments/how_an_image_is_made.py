@@ -72,6 +72,7 @@ def main():
         reference, _ = render(
             program, scratch, "reference", "--method", "progressive", "--frames", "256", "--seed", "7", "--pixel-filter", "box",
             "--indirect-share", "none",
+            "--indirect-end", "path",
         )
     image = color(reference, "")
     exposure = 0.35 / np.exp(np.log(image.mean(axis=-1) + 1e-4).mean())

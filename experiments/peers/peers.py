@@ -27,8 +27,13 @@ import renderers
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 # Ours, by what each has beyond the defaults.
-UNSHARED = ["--indirect-share", "none"]
-OURS = {"caustics progressive": [], "caustics progressive, not shared": UNSHARED}
+WHOLE_PATHS = ["--indirect-end", "path"]
+UNSHARED = ["--indirect-share", "none", *WHOLE_PATHS]
+OURS = {
+    "caustics progressive": [],
+    "caustics progressive, no cache": WHOLE_PATHS,
+    "caustics progressive, not shared": UNSHARED,
+}
 REFERENCE_SEED = 0x7472
 
 # What `caustics compare` calls a metric, and what a run result does.

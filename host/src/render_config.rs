@@ -11,8 +11,8 @@ use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::history::{self, History};
 use caustics_kernels::interface::balance::FIRST_PATHS;
 use caustics_kernels::interface::choice::{
-    Caustics, Fireflies, IndirectShare, LightSampler, PathHistory, PixelFilter, Sampler, TextureFilter,
-    ThinWalls,
+    Caustics, Fireflies, IndirectEnd, IndirectShare, LightSampler, PathHistory, PixelFilter, Sampler,
+    TextureFilter, ThinWalls,
 };
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::sequence::Sequence;
@@ -20,6 +20,7 @@ use caustics_kernels::method::{self, Method, Parts, Stages};
 use caustics_kernels::pass::balance::BALANCE;
 use caustics_kernels::pass::bound::BOUND;
 use caustics_kernels::pass::more_points::MORE_POINTS;
+use caustics_kernels::pass::radiance_cache::RADIANCE_CACHE;
 use caustics_kernels::pass::share::SHARE;
 use caustics_kernels::pass::widen::WIDEN;
 use glam::Vec3;
@@ -117,6 +118,10 @@ pub struct RenderConfig {
     /// share none.
     #[serde(with = "by_name_if_any")]
     pub indirect_share: Option<IndirectShare>,
+    /// Ends of camera paths behind the collection point. `None` selects the method's. References never use the cache, with which
+    /// frames depend on each other.
+    #[serde(with = "by_name_if_any")]
+    pub indirect_end: Option<IndirectEnd>,
     /// Treatment of fireflies, in methods that do not converge.
     #[serde(with = "by_name")]
     pub fireflies: Fireflies,
@@ -153,6 +158,7 @@ impl Default for RenderConfig {
             batches: 1,
             path_history: PathHistory::None,
             indirect_share: Some(IndirectShare::None),
+            indirect_end: Some(IndirectEnd::Path),
             fireflies: Fireflies::Kept,
             auxiliary: false,
         }
@@ -193,6 +199,7 @@ impl RenderConfig {
             sampler: _,
             path_history: _,
             indirect_share: _,
+            indirect_end: _,
             fireflies: _,
         } = *image;
         RenderConfig {
@@ -242,6 +249,7 @@ impl RenderConfig {
             batches: _,
             path_history: _,
             indirect_share: _,
+            indirect_end: _,
             fireflies: _,
             auxiliary: _,
         } = *self;
@@ -285,9 +293,11 @@ impl RenderConfig {
     pub fn with_defaults_of_method(self) -> RenderConfig {
         let method = self.method;
         let share = if method.shares_indirect { IndirectShare::Points } else { IndirectShare::None };
+        let end = if method.uses_cache { IndirectEnd::Cache } else { IndirectEnd::Path };
         RenderConfig {
             texture_filter: self.texture_filter.or(Some(method.texture_filter)),
             indirect_share: self.indirect_share.or(Some(share)),
+            indirect_end: self.indirect_end.or(Some(end)),
             ..self
         }
     }
@@ -312,6 +322,12 @@ impl RenderConfig {
     pub fn can_share_indirect(&self) -> bool {
         let keeps_path = self.path_history == PathHistory::Validated && !self.method.converges;
         self.method.chooses_gather && *self.denoiser == denoiser::NONE && !keeps_path
+    }
+
+    /// Whether `indirect_end` applies: to paths that no history traces again.
+    pub fn can_use_cache(&self) -> bool {
+        let keeps_path = self.path_history == PathHistory::Validated && !self.method.converges;
+        self.method.chooses_gather && !keeps_path
     }
 
     /// Returns the features to compile into the kernels for a scene in its pose.
@@ -351,6 +367,7 @@ impl RenderConfig {
             .with(&WIDEN, self.radius == Radius::Auto && method.chooses_gather)
             .with(&MORE_POINTS, self.collection_points > 1 && self.can_add_points())
             .with(&SHARE, self.indirect_share == Some(IndirectShare::Points) && self.can_share_indirect())
+            .with(&RADIANCE_CACHE, self.indirect_end == Some(IndirectEnd::Cache) && self.can_use_cache())
             .with(&BOUND, self.fireflies == Fireflies::Bounded && !method.converges)
             .with(&PATH_HISTORY, keeps_path && method.gathers && !method.converges)
             .with(&AUXILIARY_LAYERS, self.auxiliary);
@@ -427,6 +444,7 @@ mod tests {
             ("batches", json!(4)),
             ("path_history", json!("validated")),
             ("indirect_share", json!("points")),
+            ("indirect_end", json!("cache")),
             ("fireflies", json!("bounded")),
             ("auxiliary", json!(true)),
         ]);

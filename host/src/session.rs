@@ -303,13 +303,11 @@ impl Session {
         };
         let has_history = parts.history.settings.is_some() || parts.stages.has(&PATH_HISTORY);
         let of_history = if has_history { Features::HISTORY } else { Features(0) };
-        let of_parts = if parts.reads_parts() { Features::PARTS } else { Features(0) };
-        let of_points = if parts.reads_indirect() { Features::INDIRECT } else { Features(0) };
         let share_maps = parts.emission == &GUIDED && largest.light_groups.share_maps();
         let of_lights = if share_maps { Features::LIGHT_PYRAMIDS } else { Features(0) };
         let samples_by_bvh = config.light_sampler == LightSampler::Bvh && scene.max_light_bvh_nodes() > 0;
         let of_sampler = if samples_by_bvh { Features::LIGHT_BVH } else { Features(0) };
-        let features = features | of_history | of_parts | of_points | of_lights | of_sampler;
+        let features = features | parts.features() | of_history | of_lights | of_sampler;
         check(config.tiles.unwrap_or(1))?;
         let open = |count: u32| open(choice, scene, features, &buffers_of(count));
         let (runner, count) = open_in_tiles(&config, open, buffers_of)?;

@@ -22,6 +22,7 @@ pub mod material;
 pub mod named;
 pub mod packed;
 pub mod point;
+pub mod radiance_cache;
 pub mod ray;
 pub mod scene;
 pub mod seen;

@@ -5,6 +5,7 @@ pub mod cone;
 pub mod differential;
 pub mod face;
 pub mod frame;
+pub mod grid;
 pub mod octahedral;
 pub mod offset;
 pub mod pencil;

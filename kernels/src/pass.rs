@@ -6,6 +6,7 @@ pub mod bound;
 pub mod collect;
 pub mod display;
 pub mod more_points;
+pub mod radiance_cache;
 pub mod resolve;
 pub mod share;
 pub mod shoot;

@@ -27,6 +27,7 @@ pub mod light_path;
 pub mod observer;
 pub mod photon_sink;
 pub mod prefix;
+pub mod radiance_cache;
 pub mod scratch;
 
 use crate::interface::counters::Counter;

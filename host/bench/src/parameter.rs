@@ -11,7 +11,7 @@ use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::Variant;
 use caustics_kernels::history::History;
 use caustics_kernels::interface::choice::{
-    Caustics, Fireflies, IndirectShare, LightSampler, PathHistory, Sampler, ThinWalls,
+    Caustics, Fireflies, IndirectEnd, IndirectShare, LightSampler, PathHistory, Sampler, ThinWalls,
 };
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
@@ -142,7 +142,7 @@ macro_rules! named {
 }
 
 /// All parameters, in the order of tables.
-pub static PARAMETERS: [&Parameter; 18] = [
+pub static PARAMETERS: [&Parameter; 19] = [
     &METHOD,
     &GATHER,
     &CAUSTICS,
@@ -153,6 +153,7 @@ pub static PARAMETERS: [&Parameter; 18] = [
     &HISTORY,
     &PATH_HISTORY,
     &INDIRECT_SHARE,
+    &INDIRECT_END,
     &FIREFLIES,
     &DENOISER,
     &RUNNER,
@@ -280,6 +281,28 @@ pub static INDIRECT_SHARE: Parameter = Parameter {
     get: |run| run.config.indirect_share.map_or("", |share| share.name()).into(),
     set: |run, name| {
         run.config.indirect_share = if name.is_empty() { None } else { Some(Named::find(name)?) };
+        Ok(())
+    },
+};
+
+/// Ends of camera paths behind the collection point.
+pub static INDIRECT_END: Parameter = Parameter {
+    key: "indirect_end",
+    head: "indirect end",
+    description: "Ends of camera paths at the second non-specular vertex [default: cache with --method progressive, else path]",
+    values: Values::Names(names::<IndirectEnd>),
+    default: "",
+    neutral: "path",
+    shown: VisualEncoding::Words("end-", |value| format!("ends in {value}")),
+    not_applicable: |run| {
+        let discs = run.config.method.chooses_gather;
+        (!discs)
+            .then_some("does not end camera paths in a cache")
+            .or((!run.config.can_use_cache()).then_some("traces camera paths again (--path-history)"))
+    },
+    get: |run| run.config.indirect_end.map_or("", |end| end.name()).into(),
+    set: |run, name| {
+        run.config.indirect_end = if name.is_empty() { None } else { Some(Named::find(name)?) };
         Ok(())
     },
 };

@@ -27,7 +27,7 @@ use caustics::render_config::RenderConfig;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::Session;
-use caustics_kernels::interface::choice::{IndirectShare, Sampler};
+use caustics_kernels::interface::choice::{IndirectEnd, IndirectShare, Sampler};
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::{denoiser, history};
 
@@ -83,6 +83,7 @@ impl<'a> References<'a> {
             history: &history::NONE,
             denoiser: &denoiser::NONE,
             indirect_share: Some(IndirectShare::None),
+            indirect_end: Some(IndirectEnd::Path),
             sampler: Sampler::Sobol,
             batches: BATCHES,
             exposure: 0.0,

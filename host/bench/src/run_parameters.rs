@@ -41,8 +41,8 @@ impl RunConfig {
                 let _ = parameter.set(&mut self, parameter.neutral);
             }
         }
-        let RenderConfig { indirect_share, .. } = self.config.clone().with_defaults_of_method();
-        self.config.indirect_share = indirect_share;
+        let RenderConfig { indirect_share, indirect_end, .. } = self.config.clone().with_defaults_of_method();
+        (self.config.indirect_share, self.config.indirect_end) = (indirect_share, indirect_end);
         self
     }
 
@@ -115,7 +115,7 @@ pub fn name_all(runs: &mut [RunConfig]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::parameter::{INDIRECT_SHARE, Values};
+    use super::super::parameter::{INDIRECT_END, INDIRECT_SHARE, Values};
     use super::*;
     use caustics::render_config::Radius;
     use caustics_kernels::gather::variant;
@@ -141,20 +141,22 @@ mod tests {
     }
 
     #[test]
-    fn a_method_decides_whether_its_points_share_light_unless_it_is_said() {
-        let share = |method, value| {
-            let mut run = RunConfig::new(method);
-            INDIRECT_SHARE.set(&mut run, value).unwrap();
-            run
-        };
-        let effective = |run: RunConfig| INDIRECT_SHARE.get(&run.effective());
-        assert_eq!(effective(share(&PROGRESSIVE, "")), "points");
-        assert_eq!(effective(share(&PROGRESSIVE, "none")), "none");
-        assert_eq!(effective(share(&BASIC, "")), "none");
-        assert_eq!(effective(share(&BASIC, "points")), "points");
-        assert_eq!(effective(share(&PATH, "")), "none");
-        let denoised = share(&PROGRESSIVE, "").with(|config| config.denoiser = denoiser::ALL[1]);
-        assert_eq!(effective(denoised), "none");
+    fn a_method_decides_how_indirect_light_is_found_unless_it_is_said() {
+        for (parameter, on, off) in [(&INDIRECT_SHARE, "points", "none"), (&INDIRECT_END, "cache", "path")] {
+            let with = |method, value| {
+                let mut run = RunConfig::new(method);
+                parameter.set(&mut run, value).unwrap();
+                run
+            };
+            let effective = |run: RunConfig| parameter.get(&run.effective());
+            assert_eq!(effective(with(&PROGRESSIVE, "")), on);
+            assert_eq!(effective(with(&PROGRESSIVE, off)), off);
+            assert_eq!(effective(with(&BASIC, "")), off);
+            assert_eq!(effective(with(&BASIC, on)), on);
+            assert_eq!(effective(with(&PATH, "")), off);
+        }
+        let denoised = RunConfig::new(&PROGRESSIVE).with(|config| config.denoiser = denoiser::ALL[1]);
+        assert_eq!(INDIRECT_SHARE.get(&denoised.effective()), "none");
     }
 
     /// A field of the viewer that vanished by its own value could not be set back.
@@ -185,7 +187,7 @@ mod tests {
     fn the_key_of_a_run_configuration_is_as_it_was() {
         let run = RunConfig::new(&BASIC).with(|config| config.light_paths = Paths::PerPixel(0.5));
         let text = "method basic gather photons-grid caustics first thin_walls passed emission guided light_sampler resampled sampler sobol \
-                    history none path_history none indirect_share none fireflies kept denoiser none runner cpu features scene \
+                    history none path_history none indirect_share none indirect_end path fireflies kept denoiser none runner cpu features scene \
                     paths_per_pixel p0.5 radius_px 1 collection_points 1 max_bounces 5 on Cpu { threads: 0 }";
         assert_eq!(run.key(), text);
     }

@@ -317,7 +317,7 @@ pub struct Common {
 #[command(before_help = "Examples:
   caustics render still-life -o image.exr --png image.png
   caustics render path/to/scene.glb -o out.exr --preset final --width 1920 --height 1080
-  caustics render mirror-room -o reference.exr --method progressive --frames 1000 --pixel-filter box --indirect-share none")]
+  caustics render mirror-room -o reference.exr --method progressive --frames 1000 --pixel-filter box --indirect-share none --indirect-end path")]
 pub struct Render {
     /// Options of every command that renders an image.
     #[command(flatten)]

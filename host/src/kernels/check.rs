@@ -92,6 +92,7 @@ pub(crate) fn passes() -> Vec<&'static Pass> {
         light_groups: LightGroups::new(LightGroups::max_count(0) + 1, 0),
         moved: 1,
         share_radius_px: 2.0,
+        cache_share: 1.0,
         ..FrameParams::default()
     };
     let mut passes = vec![&STEP_SAMPLE, &STEP_HIT, &STEP_SCATTER, &STEP_EMIT];

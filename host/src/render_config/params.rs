@@ -7,6 +7,7 @@ use caustics_kernels::interface::frame::{FrameParams, Window};
 use caustics_kernels::interface::guide::LightGroups;
 use caustics_kernels::interface::history::validation_paths;
 use caustics_kernels::pass::more_points::MAX_POINTS;
+use caustics_kernels::pass::radiance_cache::RADIANCE_CACHE;
 use caustics_kernels::pass::share::SHARE_RADIUS_PX;
 use caustics_scene::{Scene, SceneCamera};
 use glam::Vec3;
@@ -70,6 +71,7 @@ impl RenderConfig {
             sequence: self.sequence(frame),
             thin_walls: thin_walls as u32,
             share_radius_px: SHARE_RADIUS_PX,
+            cache_share: if self.parts().stages.has(&RADIANCE_CACHE) { 1.0 } else { 0.0 },
             collection_points: self.collection_points.clamp(1, MAX_POINTS),
             light_bvh_share: if self.light_sampler == LightSampler::Bvh {
                 scene.light_bvh_share()

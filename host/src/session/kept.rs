@@ -1,8 +1,9 @@
 //! Check of the buffers that outlive a frame when they come from a file.
 
 /// Words of an element of each buffer that outlives a frame: `f` is a float, `u` anything else.
-const WORDS: [(&str, &str); 20] = [
+const WORDS: [(&str, &str); 21] = [
     ("balance", "ffffu"),
+    ("cache_cells", "ffffffffffuuu"),
     ("density", "ff"),
     ("density_feedback", "u"),
     ("density_pyramid", "f"),

@@ -78,6 +78,8 @@ pub struct FrameStage {
     pub name: &'static str,
     /// Start of a frame before which something moved, with the settings of the last frame, in the scene of this one.
     pub look_back: Steps,
+    /// Before the camera paths.
+    pub before_collect: Steps,
     /// After the camera paths.
     pub after_collect: Steps,
     /// After `after_collect` of all stages, before the denoiser.
@@ -98,10 +100,8 @@ pub struct FrameStage {
     pub at_end: Steps,
     /// Buffers whose contents outlive their frame.
     pub keeps: &'static [&'static str],
-    /// Whether it reads the parts of path-traced light (`Features::PARTS`).
-    pub reads_parts: bool,
-    /// Whether it reads the indirect light of points (`Features::INDIRECT`).
-    pub reads_indirect: bool,
+    /// Features that camera paths need for what it reads of them.
+    pub features: Features,
     /// Stages that it needs.
     pub needs: &'static [&'static FrameStage],
 }
@@ -113,6 +113,7 @@ impl FrameStage {
         FrameStage {
             name,
             look_back: NO_STEPS,
+            before_collect: NO_STEPS,
             after_collect: NO_STEPS,
             before_denoise: NO_STEPS,
             before_light: NO_STEPS,
@@ -123,8 +124,7 @@ impl FrameStage {
             before_display: NO_STEPS,
             at_end: NO_STEPS,
             keeps: &[],
-            reads_parts: false,
-            reads_indirect: false,
+            features: Features(0),
             needs: &[],
         }
     }

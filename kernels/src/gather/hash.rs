@@ -2,6 +2,7 @@
 
 use crate::gather::tables::Build;
 use crate::math::clamp;
+use crate::math::grid::cell;
 use crate::platform::Words;
 use spirv_std::glam::{IVec3, Vec3};
 
@@ -9,19 +10,6 @@ use spirv_std::glam::{IVec3, Vec3};
 const BLOCK: u32 = 16;
 /// Number of bins of a histogram of radii: their base-two exponents.
 pub const RADIUS_BINS: u32 = 256;
-
-/// Cell of a position. Far positions are clamped to the outermost cells.
-#[inline(always)]
-pub fn cell(position: Vec3, cell_size: f32) -> IVec3 {
-    // The size is a power of two, so its inverse is exact. Truncation rounds up below zero: step back.
-    let inverse = 1.0 / cell_size;
-    let index = |x: f32| {
-        let scaled = clamp(x * inverse, -1.0e9, 1.0e9);
-        let truncated = scaled as i32;
-        if truncated as f32 > scaled { truncated - 1 } else { truncated }
-    };
-    IVec3::new(index(position.x), index(position.y), index(position.z))
-}
 
 /// Slot of a cell in a hash table. Neighbours along x are neighbours in the table. `salt` separates the grids that share a table.
 #[inline(always)]
@@ -205,12 +193,6 @@ mod tests {
         let size = f32::from_bits(common_cell_size(&AtomicWords::new(&mut histogram)));
         assert!((0.02..=0.0626).contains(&size), "{size}");
         assert!(f32::from_bits(common_cell_size(&AtomicWords::new(&mut [0; 256]))).is_normal());
-    }
-
-    #[test]
-    fn cells_far_away_do_not_overflow() {
-        assert_eq!(cell(Vec3::splat(1.0e30), 1.0e-6), IVec3::splat(1_000_000_000));
-        assert_eq!(cell(Vec3::new(-0.5, 0.5, 1.5), 1.0), IVec3::new(-1, 0, 1));
     }
 
     #[test]

@@ -9,10 +9,11 @@
 //! caustic seen through the rim of a glass is such a case: it holds most photons of guided light paths. The result is exact for
 //! every radius.
 
-use crate::gather::hash::{RADIUS_BINS, Runs, cell, common_cell_size, radius_bin, reserve, slot};
+use crate::gather::hash::{RADIUS_BINS, Runs, common_cell_size, radius_bin, reserve, slot};
 use crate::gather::tables::{Build, Tables};
 use crate::gather::variant::{Over, Stage, Variant, WordCount};
 use crate::gather::{Gather, Index, Near, Visit};
+use crate::math::grid::cell;
 use crate::platform::{Atomics, Words as _};
 
 /// Gather with a hash grid over the photons.

@@ -9,11 +9,12 @@
 //! Limitations: slow with many levels, and where points crowd a cell, as on a surface seen from afar at a grazing angle. The
 //! result is exact for every radius.
 
-use crate::gather::hash::{RADIUS_BINS, Runs, cell, cell_size_of, radius_bin, reserve, salt, slot};
+use crate::gather::hash::{RADIUS_BINS, Runs, cell_size_of, radius_bin, reserve, salt, slot};
 use crate::gather::tables::{Build, Tables};
 use crate::gather::variant::{Over, Side, Stage, Variant, WordCount};
 use crate::gather::{Gather, Index, Near, Visit};
 use crate::interface::point::PointGeometry;
+use crate::math::grid::cell;
 use crate::math::max_abs;
 use crate::platform::{Atomics, Words as _};
 use spirv_std::glam::Vec3;

@@ -5,10 +5,11 @@
 //! world. So a few marks judge positions without marks near by, across all faces of the grid. A mesh that moves has cells of its
 //! own, as its light may rest while all around it changes. Edges are powers of two; all cells share one hash table.
 
-use crate::gather::hash::{self, cell};
+use crate::gather::hash;
 use crate::history::significance::{significant_change, variance_of_sum};
 use crate::interface::frame::FrameParams;
 use crate::interface::history::VALIDATION_CELLS;
+use crate::math::grid::cell;
 use crate::math::quanta::Quanta;
 use crate::math::{PI, clamp};
 use crate::platform::Atomics;

@@ -56,7 +56,7 @@ pub const PATH_HISTORY: FrameStage = FrameStage {
     },
     before_denoise: |params| vec![Step::new(&PATH_BLEND, params)],
     keeps: &["path_points", "path_light", "path_square", "path_brightness"],
-    reads_parts: true,
+    features: Features::PARTS,
     ..FrameStage::new("path history")
 };
 

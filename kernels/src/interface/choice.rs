@@ -112,6 +112,15 @@ choice! {
 }
 
 choice! {
+    /// Ends of camera paths at the second non-specular vertex.
+    IndirectEnd
+    /// None: every camera path goes on.
+    Path "path" "every camera path goes on until it leaves the scene or Russian roulette ends it"
+    /// Diffuse surfaces that the radiance cache knows.
+    Cache "cache" "most paths end in a radiance cache, which earlier frames filled: less time and noise, and some blur of light"
+}
+
+choice! {
     /// Treatment of rare bright samples of camera paths.
     Fireflies
     /// None: frames are unbiased.

@@ -86,6 +86,8 @@ macro_rules! lights_and_others {
             LIGHT_BVH "light-bvh";
             /// Collection points share indirect light, so camera paths keep what they find behind them.
             INDIRECT "indirect";
+            /// Camera paths end in the radiance cache.
+            CACHE "cache";
         }
     };
 }

@@ -112,6 +112,8 @@ pub struct FrameParams {
     pub collection_points: u32,
     /// Radius within which collection points share indirect light, relative to the disc of a pixel's footprint area.
     pub share_radius_px: f32,
+    /// Share of the camera paths that end in known cells of the radiance cache; 0 without one.
+    pub cache_share: f32,
 }
 
 /// Position of a dispatch in its pass: the push constants of every pass.
@@ -129,7 +131,7 @@ pub struct Dispatch {
 }
 
 const _: () = assert!(size_of::<Camera>() == 48);
-const _: () = assert!(size_of::<FrameParams>() == 844);
+const _: () = assert!(size_of::<FrameParams>() == 848);
 
 impl Dispatch {
     /// Number of invocations that run.

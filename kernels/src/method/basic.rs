@@ -23,6 +23,7 @@ pub const BASIC: Method = Method {
     converges: false,
     texture_filter: TextureFilter::Cone,
     shares_indirect: false,
+    uses_cache: false,
     passes_thin_walls: true,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },

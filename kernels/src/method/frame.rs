@@ -23,11 +23,9 @@ pub fn frame_steps(
     let Parts { history, denoiser, .. } = parts;
     let shoots = params.light_path_count > 0;
     // Trace the camera paths
-    let mut steps = vec![
-        Step::Clear { buffer: "counters" },
-        Step::Clear { buffer: "accumulator" },
-        Step::new(&COLLECT, params),
-    ];
+    let mut steps = vec![Step::Clear { buffer: "counters" }, Step::Clear { buffer: "accumulator" }];
+    steps.extend(parts.steps(|stage| stage.before_collect, params));
+    steps.push(Step::new(&COLLECT, params));
     steps.extend(parts.steps(|stage| stage.after_collect, params));
 
     // Denoise the path layer
@@ -203,6 +201,7 @@ fn all_steps() -> Vec<Step> {
         light_count: 1,
         moved: 1,
         share_radius_px: 2.0,
+        cache_share: 1.0,
         ..FrameParams::default()
     };
     let mut steps = Vec::new();

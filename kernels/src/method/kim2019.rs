@@ -56,6 +56,7 @@ pub const KIM2019: Method = Method {
     converges: false,
     texture_filter: TextureFilter::Cone,
     shares_indirect: false,
+    uses_cache: false,
     passes_thin_walls: false,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, ..params },

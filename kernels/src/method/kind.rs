@@ -5,10 +5,12 @@ use crate::gather::variant::Variant;
 use crate::history::auxiliary::AUXILIARY_LAYERS;
 use crate::history::path::PATH_HISTORY;
 use crate::interface::choice::TextureFilter;
+use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::pass::balance::BALANCE;
 use crate::pass::bound::BOUND;
 use crate::pass::more_points::MORE_POINTS;
+use crate::pass::radiance_cache::RADIANCE_CACHE;
 use crate::pass::share::SHARE;
 use crate::pass::weigh::WEIGH;
 use crate::pass::widen::WIDEN;
@@ -40,6 +42,8 @@ pub struct Method {
     pub texture_filter: TextureFilter,
     /// Whether its collection points share indirect light, unless the user chooses otherwise.
     pub shares_indirect: bool,
+    /// Whether its camera paths end in the radiance cache, unless the user chooses otherwise.
+    pub uses_cache: bool,
     /// Whether its paths pass thin walls; else passing is an event, as published.
     pub passes_thin_walls: bool,
     /// Buffers of its own that outlive a frame, without those of histories.
@@ -86,8 +90,17 @@ pub struct Parts {
 }
 
 /// Stages that can be switched on, in the order in which they run within a slot.
-pub const STAGES: &[&FrameStage] =
-    &[&PATH_HISTORY, &BOUND, &WIDEN, &WEIGH, &BALANCE, &MORE_POINTS, &SHARE, &AUXILIARY_LAYERS];
+pub const STAGES: &[&FrameStage] = &[
+    &PATH_HISTORY,
+    &BOUND,
+    &WIDEN,
+    &WEIGH,
+    &BALANCE,
+    &MORE_POINTS,
+    &RADIANCE_CACHE,
+    &SHARE,
+    &AUXILIARY_LAYERS,
+];
 
 /// A set of [`STAGES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -133,14 +146,10 @@ impl Parts {
         self.all_stages().flat_map(|stage| slot(stage)(params)).collect()
     }
 
-    /// Whether a part reads the parts of path-traced light (`Features::PARTS`).
-    pub fn reads_parts(&self) -> bool {
-        self.all_stages().any(|stage| stage.reads_parts) || *self.denoiser != denoiser::NONE
-    }
-
-    /// Whether a part reads the indirect light of points (`Features::INDIRECT`).
-    pub fn reads_indirect(&self) -> bool {
-        self.all_stages().any(|stage| stage.reads_indirect)
+    /// Features that camera paths need for what stages and the denoiser read of them.
+    pub fn features(&self) -> Features {
+        let of_denoiser = if *self.denoiser == denoiser::NONE { Features(0) } else { Features::PARTS };
+        self.all_stages().fold(of_denoiser, |features, stage| features | stage.features)
     }
 }
 

@@ -37,6 +37,7 @@ pub const PATH: Method = Method {
     converges: true,
     texture_filter: TextureFilter::Finest,
     shares_indirect: false,
+    uses_cache: false,
     passes_thin_walls: true,
     keeps: &[],
     frame: |params, index| FrameParams { frame: index, light_path_count: 0, ..params },

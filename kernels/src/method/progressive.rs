@@ -28,12 +28,14 @@ pub const PROGRESSIVE: Method = Method {
     converges: true,
     texture_filter: TextureFilter::Finest,
     shares_indirect: true,
+    uses_cache: true,
     passes_thin_walls: true,
     keeps: &[],
     frame: |params, index| FrameParams {
         frame: index,
         radius_px: params.radius_px * shrinkage(index),
         share_radius_px: params.share_radius_px * share_shrinkage(index),
+        cache_share: params.cache_share * cache_share(index),
         ..params
     },
     steps: |parts, params| steps(parts, params),
@@ -54,6 +56,15 @@ pub fn shrinkage(index: u32) -> f32 {
 /// these radii falls as fast.
 pub fn share_shrinkage(index: u32) -> f32 {
     (f64::from(index) + 1.0).powf(-0.25) as f32
+}
+
+/// Number of frames in which all paths may end in the radiance cache.
+const CACHED_FRAMES: f32 = 64.0;
+
+/// Share of the camera paths of frame `index` that may end in the radiance cache. It falls as 1 / N behind the first frames. So the
+/// blur of cells leaves the mean of N frames as log N / N.
+pub fn cache_share(index: u32) -> f32 {
+    (CACHED_FRAMES / (index as f32 + 1.0)).min(1.0)
 }
 
 #[cfg(test)]

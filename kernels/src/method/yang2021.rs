@@ -67,6 +67,7 @@ pub const YANG2021: Method = Method {
     converges: false,
     texture_filter: TextureFilter::Cone,
     shares_indirect: false,
+    uses_cache: false,
     passes_thin_walls: false,
     keeps: &["density", "density_pyramid", "density_feedback"],
     frame: |params, index| FrameParams { frame: index, ..params },

@@ -7,6 +7,8 @@
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::{FrameStage, Step};
+#[cfg(not(target_arch = "spirv"))]
+use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::math::mean;
 use crate::platform::Slots;
@@ -16,7 +18,7 @@ use spirv_std::glam::{Vec2, Vec3};
 #[cfg(not(target_arch = "spirv"))]
 pub const BOUND: FrameStage = FrameStage {
     after_collect: |params| vec![Step::new(&BOUND_LIMITS, params), Step::new(&BOUND_SAMPLES, params)],
-    reads_parts: true,
+    features: Features::PARTS,
     ..FrameStage::new("bound")
 };
 

@@ -5,11 +5,13 @@ use crate::declare::pass;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::point::{IndirectSample, PointDirect, PointGeometry, PointShading};
+use crate::interface::radiance_cache::{CacheCell, CacheKey, CacheSample};
 use crate::interface::scene::SceneTables;
 use crate::math::rng::Stream;
 use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
 use crate::path::camera_path::{CameraPathLight, CameraSuffix};
 use crate::path::observer::{CollectionPoint, PathObserver};
+use crate::path::radiance_cache::{cell_mask, find};
 use crate::platform::{Atomics, Slots};
 use crate::trace::Tracer;
 use spirv_std::glam::Vec3;
@@ -40,6 +42,8 @@ pub fn collect(
     point_geometry: Slots<'_, PointGeometry>,
     point_shading: Slots<'_, PointShading>,
     point_indirect: Slots<'_, IndirectSample>,
+    cache_cells: &[CacheCell],
+    cache_samples: Slots<'_, CacheSample>,
 ) {
     let collect = Collect {
         pixel: pixel_order[index as usize],
@@ -52,6 +56,8 @@ pub fn collect(
         geometry: point_geometry,
         shading: point_shading,
         indirect: point_indirect,
+        cells: cache_cells,
+        cached: cache_samples,
     };
     run_camera_pass(collect, params, features, scene, tracer, counters);
 }
@@ -79,11 +85,20 @@ pub struct Collect<'a> {
     pub shading: Slots<'a, PointShading>,
     /// `point_indirect`.
     pub indirect: Slots<'a, IndirectSample>,
+    /// `cache_cells`.
+    pub cells: &'a [CacheCell],
+    /// `cache_samples`.
+    pub cached: Slots<'a, CacheSample>,
 }
 
 impl PathObserver for Collect<'_> {
     type Kept = ();
 
+    #[inline(always)]
+    fn cached(&self, key: &CacheKey) -> CacheCell {
+        let cell = self.cells[find(key, self.cells, cell_mask(self.params)) as usize];
+        if cell.key == *key { cell } else { CacheCell::default() }
+    }
     #[inline(always)]
     fn collect(&mut self, _kept: &mut (), point: &CollectionPoint) {
         self.geometry.write(self.pixel, point.geometry);
@@ -115,6 +130,9 @@ impl CameraPass for Collect<'_> {
         }
         if self.features.has(Features::INDIRECT) {
             self.indirect.write(self.pixel, light.indirect);
+        }
+        if self.features.has(Features::CACHE) && self.params.cache_share > 0.0 {
+            self.cached.write(self.pixel, light.cached);
         }
     }
 }

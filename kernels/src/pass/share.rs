@@ -33,7 +33,7 @@ use crate::declare::pass;
 use crate::declare::{FrameStage, Step};
 use crate::gather::contribution::{DISC_THICKNESS, MIN_NORMAL_COS, Receiver, disc_half_extent};
 use crate::gather::hash::{
-    RADIUS_BINS, Runs, cell, cell_bits, cell_size_of, radius_bin, reserve_block, salt, slot,
+    RADIUS_BINS, Runs, cell_bits, cell_size_of, radius_bin, reserve_block, salt, slot,
 };
 use crate::interface::NONE;
 use crate::interface::features::Features;
@@ -43,6 +43,7 @@ use crate::interface::packed::{exponent, from_bfloats, from_rgbe, rgbe_quanta, r
 use crate::interface::point::{
     IndirectSample, PointGeometry, PointShading, SHARED_DEPTHS, SharedLight, SharingPoint,
 };
+use crate::math::grid::cell;
 use crate::math::quanta::Quanta;
 use crate::math::rng::pcg4d;
 use crate::platform::{AtomicWords, Atomics, Slots, Words};
@@ -59,13 +60,15 @@ pub const SHARE: FrameStage = FrameStage {
         vec![
             Step::Clear { buffer: "share_levels" },
             Step::Clear { buffer: "share_counts" },
+            // Crowded slots have entries that no point takes: they must not hold points of earlier frames.
+            Step::Clear { buffer: "sharing_points" },
             Step::level(&SHARE_INDEX, COUNT, params.pixel_count()),
             Step::level(&SHARE_INDEX, RESERVE, cell_mask(params) + 1),
             Step::level(&SHARE_INDEX, FILL, params.pixel_count()),
             Step::new(&SHARE_GATHER, params),
         ]
     },
-    reads_indirect: true,
+    features: Features::INDIRECT,
     ..FrameStage::new("share")
 };
 

@@ -20,6 +20,7 @@ use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::material::Material;
 use crate::interface::point::{IndirectSample, PointDirect};
+use crate::interface::radiance_cache::CacheSample;
 use crate::interface::ray::Ray;
 use crate::math::sampler::next4;
 use crate::platform::{Atomics, scratch};
@@ -83,6 +84,8 @@ pub struct CameraPathLight {
     pub delta_prefix: Vec3,
     /// Indirect light at the collection point. Needs [`Features::INDIRECT`], and a frame in which points share it.
     pub indirect: IndirectSample,
+    /// Sample for the radiance cache. Needs [`Features::CACHE`].
+    pub cached: CacheSample,
 }
 
 /// Traces a camera path from its first ray. Returns its light, and what the observer keeps of it.
@@ -117,9 +120,12 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
             let mut arrival = path.arrive(&segment, &traced, context, &mut scratch);
             observer.arrive(&segment.ray, &traced.hit, &arrival.vertex, arrival.throughput);
             path.add_emission(&segment, &arrival, traced.hit.distance, context, &mut scratch);
+            // End in the radiance cache, or start a sample for it
+            let distance = traced.hit.distance;
+            let ends = path.ends_in_cache(&segment, &arrival, distance, context, observer, &mut scratch);
             // Process a thin wall behind the last vertex, too: the path may pass it to a light
             let can_pass = context.can_pass(&arrival.vertex, path.passed_walls);
-            if path.depth <= context.params.max_bounces || can_pass {
+            if !ends && (path.depth <= context.params.max_bounces || can_pass) {
                 // Sample direct light by MIS; its shadow rays are traced below
                 let (scattering, shadow_rays) =
                     path.sample_lights(&mut arrival, context, sample_words, &mut scratch);

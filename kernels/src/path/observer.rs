@@ -1,6 +1,7 @@
 //! Observers of a camera path. An observer that does nothing costs nothing.
 
 use crate::interface::point::{PointGeometry, PointShading};
+use crate::interface::radiance_cache::{CacheCell, CacheKey};
 use crate::interface::ray::{Hit, Ray};
 use crate::surface::scatter::BsdfSample;
 use crate::surface::vertex::Vertex;
@@ -20,6 +21,11 @@ pub trait PathObserver {
     /// The path leaves the scene with this throughput.
     #[inline(always)]
     fn escape(&mut self, _ray: &Ray, _throughput: Vec3) {}
+    /// Cell of the radiance cache; one without samples where there is no cache.
+    #[inline(always)]
+    fn cached(&self, _key: &CacheKey) -> CacheCell {
+        CacheCell::default()
+    }
     /// The prefix ends at its collection point.
     fn collect(&mut self, kept: &mut Self::Kept, point: &CollectionPoint);
     /// The path ends without a collection point; `last` is its last vertex (m).

@@ -114,7 +114,7 @@ pub fn radius_without_rough_lobes(
 
 /// Minimum probability of the diffuse lobes of a point that shares indirect light: its samples are at most this much brighter.
 const MIN_DIFFUSE: f32 = 0.25;
-/// Minimum of the darkest over the brightest channel of such a point.
+/// Minimum of the darkest over the brightest channel of a color that light is divided by.
 const MIN_CHANNEL: f32 = 1.0e-3;
 
 /// Factor from the indirect light of a path to a sample of its collection point, 1 / (T pi f). The path found L f cos / pdf times the
@@ -127,12 +127,23 @@ pub fn demodulation(
     material: &Material,
     diffuse_probability: f32,
 ) -> Vec3 {
-    let color = throughput * material.base_color;
-    let shares =
-        diffuse_probability >= MIN_DIFFUSE && color.min_element() > MIN_CHANNEL * color.max_element();
+    let shares = diffuse_probability >= MIN_DIFFUSE && has_all_channels(throughput * material.base_color);
     let f = sampled.weight * (sampled.pdf_solid_angle / sampled.direction.z);
     let factor = 1.0 / (throughput * f * PI);
     if shares && is_finite(factor.element_sum()) { factor } else { Vec3::ZERO }
+}
+
+/// Whether light can be divided by a color without much noise in its darkest channel.
+#[inline(always)]
+fn has_all_channels(color: Vec3) -> bool {
+    color.min_element() > MIN_CHANNEL * color.max_element()
+}
+
+/// One over a color; zero if it lacks a channel.
+#[inline(always)]
+pub fn inverse_if_all_channels(color: Vec3) -> Vec3 {
+    let inverse = 1.0 / color;
+    if has_all_channels(color) && is_finite(inverse.element_sum()) { inverse } else { Vec3::ZERO }
 }
 
 /// Turns pencil and cone at a specular event.

@@ -26,6 +26,7 @@ use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::packed::{to_bfloats, to_rgbe};
 use crate::interface::point::{IndirectSample, PointDirect, SHARED_DEPTHS};
+use crate::interface::radiance_cache::{CacheKey, CacheSample};
 use crate::interface::ray::Ray;
 use crate::light::light_sampling::FEW_LIGHTS;
 use crate::math::cone::RayCone;
@@ -69,15 +70,16 @@ const MAX_LIGHT: f32 = 1.0e30;
 /// Number of words of a record: a shadow ray, or the path's own.
 const WORDS: usize = 19;
 
-/// Number of words of all shadow rays of a vertex, and of four more records.
-pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 4);
+/// Number of words of all shadow rays of a vertex, and of five more records.
+pub const ROOM: usize = WORDS * (FEW_LIGHTS as usize + 5);
 
 type PathRecord = Record<WORDS, ROOM>;
 
-// Indices of words in the record of indirect light, behind the light itself.
+// Indices of words in the records of indirect light and of the cache, behind the light itself.
 const DEMODULATION: usize = 3 * SHARED_DEPTHS;
 const PROXIMITY: usize = DEMODULATION + 3;
 const SHARE_RADIUS: usize = PROXIMITY + 1;
+const CACHE_KEY: usize = DEMODULATION + 3;
 
 // Indices of the words of the path's own record, beside its sums.
 const CLASS_PROBABILITY: usize = 12;
@@ -102,6 +104,8 @@ pub struct PathScratch<'a> {
     /// Indirect light behind the collection point by the number of scatterings that it leaves, and the factor that makes a sample of
     /// it.
     indirect: PathRecord,
+    /// Light and factor behind the vertex that gives a sample to the radiance cache, with its key.
+    cached: PathRecord,
 }
 
 impl<'a> PathScratch<'a> {
@@ -112,9 +116,10 @@ impl<'a> PathScratch<'a> {
         let first = FEW_LIGHTS + params.zero();
         let [own, by_origin, by_direction] =
             [PathRecord::at(first), PathRecord::at(first + 1), PathRecord::at(first + 2)];
-        let (pencil, indirect) = ([by_origin, by_direction], PathRecord::at(first + 3));
+        let pencil = [by_origin, by_direction];
+        let (indirect, cached) = (PathRecord::at(first + 3), PathRecord::at(first + 4));
         let keeps_indirect = features.has(Features::INDIRECT) && params.shares_indirect();
-        let mut scratch = PathScratch { words, features, keeps_indirect, own, pencil, indirect };
+        let mut scratch = PathScratch { words, features, keeps_indirect, own, pencil, indirect, cached };
         scratch.set(Sum::Radiance, Vec3::ZERO);
         if features.has(Features::PARTS) {
             scratch.set(Sum::Prefix, Vec3::ZERO);
@@ -123,13 +128,12 @@ impl<'a> PathScratch<'a> {
             scratch.set_class_probability(0.0);
         }
         if keeps_indirect {
-            let mut left = 0;
-            while left < SHARED_DEPTHS {
-                indirect.put3(scratch.words, 3 * left, Vec3::ZERO);
-                left += 1;
-            }
+            scratch.clear_light(indirect);
             scratch.set_demodulation(Vec3::ZERO, 0.0);
             scratch.set_proximity(0.0);
+        }
+        if features.has(Features::CACHE) {
+            scratch.start_cache_sample(&CacheKey::default(), Vec3::ZERO);
         }
         scratch.set_cone(start.cone, 0.0);
         if needs_virtual_image(features) {
@@ -172,10 +176,46 @@ impl<'a> PathScratch<'a> {
     #[inline(always)]
     pub fn add_indirect(&mut self, left: u32, light: Vec3) {
         if self.keeps_indirect {
-            let word = 3 * (left as usize).min(SHARED_DEPTHS - 1);
-            let sum = self.indirect.take3(self.words, word) + light;
-            self.indirect.put3(self.words, word, sum);
+            self.add_light(self.indirect, left, light);
         }
+        if self.features.has(Features::CACHE) {
+            self.add_light(self.cached, left, light);
+        }
+    }
+
+    #[inline(always)]
+    fn add_light(&mut self, record: PathRecord, left: u32, light: Vec3) {
+        let word = 3 * (left as usize).min(SHARED_DEPTHS - 1);
+        let sum = record.take3(self.words, word) + light;
+        record.put3(self.words, word, sum);
+    }
+
+    #[inline(always)]
+    fn clear_light(&mut self, record: PathRecord) {
+        let mut left = 0;
+        while left < SHARED_DEPTHS {
+            record.put3(self.words, 3 * left, Vec3::ZERO);
+            left += 1;
+        }
+    }
+
+    /// Starts the sample for the radiance cache: of the light that is found from here on, times a factor. A factor of zero: the path
+    /// gives no sample.
+    #[inline(always)]
+    pub fn start_cache_sample(&mut self, key: &CacheKey, factor: Vec3) {
+        self.clear_light(self.cached);
+        self.cached.put3(self.words, DEMODULATION, factor);
+        self.cached.put(self.words, CACHE_KEY, key.xy);
+        self.cached.put(self.words, CACHE_KEY + 1, key.z_edge_side_depth);
+        self.cached.put(self.words, CACHE_KEY + 2, key.material);
+    }
+
+    /// Sample for the radiance cache, rounded by the bits of a random word.
+    #[inline(always)]
+    pub fn cache_sample(&self, bits: u32) -> CacheSample {
+        let word = |index| self.cached.take(self.words, CACHE_KEY + index);
+        let key = CacheKey { xy: word(0), z_edge_side_depth: word(1), material: word(2) };
+        CacheSample { key, light: self.demodulated(self.cached, bits) }
     }
 
     /// Sets the factor that makes a sample of indirect light, and the radius of the point (m) without the width of rough lobes. A
@@ -195,20 +235,27 @@ impl<'a> PathScratch<'a> {
     /// Sample of the indirect light, rounded by the bits of a random word.
     #[inline(always)]
     pub fn indirect_sample(&self, bits: u32) -> IndirectSample {
-        let offset = |bits: u32| (bits & 1023) as f32 * (1.0 / 1024.0);
-        let offsets = Vec3::new(offset(bits), offset(bits >> 10), offset(bits >> 20));
-        let factor = self.indirect.take3(self.words, DEMODULATION);
         let number = |word| f32::from_bits(self.indirect.take(self.words, word));
         let radius_and_proximity = to_bfloats(number(SHARE_RADIUS), number(PROXIMITY));
-        let mut sample = IndirectSample { light: [NONE; SHARED_DEPTHS], radius_and_proximity };
+        IndirectSample { light: self.demodulated(self.indirect, bits), radius_and_proximity }
+    }
+
+    /// The light of a record times its factor. The first value is all of it. The next ones lack light of so many scatterings that
+    /// vertices one and two deeper have no room for them.
+    #[inline(always)]
+    fn demodulated(&self, record: PathRecord, bits: u32) -> [u32; SHARED_DEPTHS] {
+        let offset = |bits: u32| (bits & 1023) as f32 * (1.0 / 1024.0);
+        let offsets = Vec3::new(offset(bits), offset(bits >> 10), offset(bits >> 20));
+        let factor = record.take3(self.words, DEMODULATION);
+        let mut light = [NONE; SHARED_DEPTHS];
         let mut sum = Vec3::ZERO;
         let mut deeper = SHARED_DEPTHS;
         while deeper > 0 && factor.x > 0.0 {
             deeper -= 1;
-            sum += self.indirect.take3(self.words, 3 * deeper) * factor;
-            sample.light[deeper] = to_rgbe(sum.min(Vec3::splat(MAX_LIGHT)), offsets);
+            sum += record.take3(self.words, 3 * deeper) * factor;
+            light[deeper] = to_rgbe(sum.min(Vec3::splat(MAX_LIGHT)), offsets);
         }
-        sample
+        light
     }
 
     /// Returns all light so far.

@@ -11,6 +11,7 @@ use crate::interface::frame::FrameParams;
 use crate::interface::history::{HistoryPoint, Retraced};
 use crate::interface::instance::Instance;
 use crate::interface::point::{IndirectSample, PointDirect, PointGeometry, PointShading};
+use crate::interface::radiance_cache::{CacheCell, CacheKey, CacheSample};
 use crate::interface::scene::SceneTables;
 use crate::method::path::request as request_of_reference;
 use crate::pass::collect::Collect;
@@ -52,6 +53,8 @@ pub fn camera(
     point_geometry: Slots<'_, PointGeometry>,
     point_shading: Slots<'_, PointShading>,
     point_indirect: Slots<'_, IndirectSample>,
+    cache_cells: &[CacheCell],
+    cache_samples: Slots<'_, CacheSample>,
     path_points: &[HistoryPoint],
     path_brightness: &[Vec2],
     path_retraced: Slots<'_, Retraced>,
@@ -79,6 +82,8 @@ pub fn camera(
             geometry: point_geometry,
             shading: point_shading,
             indirect: point_indirect,
+            cells: cache_cells,
+            cached: cache_samples,
         },
         prefix,
         retrace: Retrace {
@@ -119,6 +124,11 @@ struct AnyCameraPass<'a> {
 
 impl PathObserver for AnyCameraPass<'_> {
     type Kept = CollectionPoint;
+
+    #[inline(always)]
+    fn cached(&self, key: &CacheKey) -> CacheCell {
+        if self.runs.collects { self.collect.cached(key) } else { CacheCell::default() }
+    }
 
     #[inline(always)]
     fn collect(&mut self, kept: &mut CollectionPoint, point: &CollectionPoint) {

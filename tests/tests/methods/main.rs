@@ -15,6 +15,7 @@ mod kim2019;
 mod mirrored;
 mod more_points;
 mod path_history;
+mod radiance_cache;
 mod reuse;
 mod share;
 mod stability;

@@ -12,7 +12,7 @@ use crate::test_dir::{BINARY, Run, TestDir};
 
 const TINY: [&str; 6] = ["--width", "32", "--height", "18", "--runner", "cpu"];
 /// Options of frames that reuse nothing.
-const APART: [&str; 4] = ["--emission", "aimed", "--light-paths", "500"];
+const APART: [&str; 6] = ["--emission", "aimed", "--light-paths", "500", "--indirect-end", "path"];
 
 fn command(dir: &TestDir, arguments: &[&str]) -> Command {
     let mut command = Command::new(BINARY);

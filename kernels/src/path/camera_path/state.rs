@@ -3,17 +3,21 @@
 use super::{Arrival, CameraPathLight, CameraSuffix, Segment};
 use crate::interface::counters::Counter;
 use crate::interface::features::Features;
+use crate::interface::point::SHARED_DEPTHS;
 use crate::light::light_sampling::LightCandidates;
 use crate::math::cone::RayCone;
-use crate::math::is_finite;
 use crate::math::rng::Rng;
 use crate::math::sampler::next4;
+use crate::math::{clamp, is_finite};
 use crate::path::camera_ray::CameraPathStart;
 use crate::path::direct_light::choose_light_samples;
 use crate::path::emission::{environment_radiance, is_emitter, surface_emission};
 use crate::path::light_numbers::LightNumbers;
 use crate::path::observer::PathObserver;
-use crate::path::prefix::{advance_prefix, collection_point, demodulation, radius_without_rough_lobes};
+use crate::path::prefix::{
+    advance_prefix, collection_point, demodulation, inverse_if_all_channels, radius_without_rough_lobes,
+};
+use crate::path::radiance_cache::{Cube, cube_around, is_diffuse};
 use crate::path::scratch::light_samples::{self, LightSamples};
 use crate::path::scratch::{PathScratch, Sum};
 use crate::path::{PathContext, count_rare};
@@ -23,7 +27,7 @@ use crate::surface::dispersion::{Channel, is_mixed, needs_channel, part};
 use crate::surface::may_have_non_delta_lobe;
 use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::material_at;
-use crate::surface::vertex::vertex;
+use crate::surface::vertex::{Vertex, vertex};
 use crate::trace::Tracer;
 use crate::trace::through_media::TracedSegment;
 use spirv_std::glam::Vec3;
@@ -31,8 +35,16 @@ use spirv_std::glam::Vec3;
 /// Share of the throughput at the collection point above which Russian roulette ends no path.
 const SURE: f32 = 0.5;
 
-/// Number of the key that rounds the sample of indirect light: no ray has it.
+/// Numbers of the keys that round samples of light, and that decide which paths go on behind a known cell of the cache. No ray has
+/// them.
 const ROUNDING: u32 = 0x8000;
+const FILLING: u32 = 0x8001;
+/// Smallest share of paths that go on behind a known cell and give it another sample.
+const MIN_FILLING: f32 = 1.0 / 32.0;
+/// Number of samples of a cell over that share, while the cell has few of them.
+const SAMPLES_FILLING: f32 = 4.0;
+/// Smallest length of a segment that ends in a cell (edges of the cell). Close by, the blur of a cell would be seen.
+const MIN_EDGES: f32 = 2.0;
 
 /// State of a camera path that outlives a vertex.
 #[derive(Clone, Copy)]
@@ -51,6 +63,8 @@ pub struct CameraPath {
     pub in_delta_prefix: bool,
     /// Largest channel of the throughput that left the collection point.
     throughput_from_point: f32,
+    /// Whether it met a surface of the radiance cache behind the collection point.
+    met_cache: bool,
     /// Number of thin walls that the path passed; they count in no depth.
     pub passed_walls: u32,
     /// Number of shadow rays.
@@ -69,6 +83,7 @@ impl CameraPath {
             in_prefix: true,
             in_delta_prefix: true,
             throughput_from_point: 0.0,
+            met_cache: false,
             passed_walls: 0,
             shadow_rays: 0,
         }
@@ -160,6 +175,61 @@ impl CameraPath {
                 context,
             );
             self.add_emitted(emission, segment, context, scratch);
+        }
+    }
+
+    /// Ends the path at the first diffuse surface behind the collection point, if the radiance cache knows it, and adds the light of its
+    /// cell. Some paths go on all the same, and give the cell a sample.
+    #[inline(always)]
+    pub fn ends_in_cache<O: PathObserver>(
+        &mut self,
+        segment: &Segment,
+        arrival: &Arrival,
+        distance: f32,
+        context: PathContext<'_>,
+        observer: &O,
+        scratch: &mut PathScratch<'_>,
+    ) -> bool {
+        let PathContext { params, features, .. } = context;
+        let mut ends = false;
+        if features.has(Features::CACHE)
+            && params.cache_share > 0.0
+            && !self.in_prefix
+            && !self.met_cache
+            && self.depth <= params.max_bounces
+            && is_diffuse(&arrival.material)
+        {
+            self.met_cache = true;
+            let color = arrival.throughput * arrival.material.base_color;
+            let Vertex { position, face_normal, material, .. } = arrival.vertex;
+            let Cube { key, edge } = cube_around(position, face_normal, material, self.depth, params);
+            let cell = observer.cached(&key);
+            let is_far = segment.passed + distance > MIN_EDGES * edge;
+            if is_far
+                && cell.is_known()
+                && self.rng.ray_key(FILLING) > goes_on(cell.count, params.cache_share)
+            {
+                ends = true;
+                self.add_cached(color / cell.count, &cell.light, scratch);
+            } else if is_far {
+                scratch.start_cache_sample(&key, inverse_if_all_channels(color));
+            }
+        }
+        ends
+    }
+
+    /// Adds the light of a cell. Each of its values leaves out light of more scatterings than the one before.
+    #[inline(always)]
+    fn add_cached(&self, factor: Vec3, light: &[Vec3; SHARED_DEPTHS], scratch: &mut PathScratch<'_>) {
+        scratch.add(Sum::Radiance, factor * light[0]);
+        let mut left = 0;
+        while left < SHARED_DEPTHS {
+            let mut part = light[left];
+            if left + 1 < SHARED_DEPTHS {
+                part = (part - light[left + 1]).max(Vec3::ZERO);
+            }
+            scratch.add_indirect(left as u32, factor * part);
+            left += 1;
         }
     }
 
@@ -428,6 +498,9 @@ impl CameraPath {
         if scratch.keeps_indirect() {
             light.indirect = scratch.indirect_sample(self.rng.ray_key(ROUNDING));
         }
+        if features.has(Features::CACHE) {
+            light.cached = scratch.cache_sample(self.rng.ray_key(ROUNDING));
+        }
         if !is_finite(light.radiance.element_sum()) {
             light = CameraPathLight::default();
             counters.add(Counter::NonFinite as u32, 1);
@@ -436,6 +509,13 @@ impl CameraPath {
         counters.add(Counter::ShadowRays as u32, self.shadow_rays);
         light
     }
+}
+
+/// Share of the paths that go on behind a cell with so many samples, of the range of a random word. At most a share `ends` may end.
+#[inline(always)]
+fn goes_on(samples: f32, ends: f32) -> u32 {
+    let share = clamp(SAMPLES_FILLING / samples, MIN_FILLING, 0.5).max(1.0 - ends);
+    (share * 4_294_967_040.0) as u32
 }
 
 /// Light samples of a vertex: several in the prefix, one behind the collection point.

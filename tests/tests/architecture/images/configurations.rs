@@ -129,6 +129,7 @@ fn other_settings(base: &Configuration) -> Vec<Configuration> {
         sampler: _,
         path_history: _,
         indirect_share: _,
+        indirect_end: _,
         fireflies: _,
         width,
         height,

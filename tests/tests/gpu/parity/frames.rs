@@ -5,7 +5,7 @@ use caustics::scene::{EnvironmentMap, Scene};
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::gather::accumulator::WORDS;
 use caustics_kernels::gather::variant;
-use caustics_kernels::interface::choice::{Caustics, IndirectShare, LightSampler};
+use caustics_kernels::interface::choice::{Caustics, IndirectEnd, IndirectShare, LightSampler};
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::frame::FrameParams;
 use caustics_kernels::method::Parts;
@@ -80,6 +80,13 @@ fn image_means_agree_with_several_points_a_pixel() {
 fn image_means_agree_with_shared_indirect_light() {
     let scenes = [("mirror-room", load("mirror-room"))];
     image_means_agree(&scenes, &RenderConfig { indirect_share: Some(IndirectShare::Points), ..frames() });
+}
+
+/// Camera paths that end in the radiance cache, as both runners fill it.
+#[test]
+fn image_means_agree_with_the_radiance_cache() {
+    let scenes = [("mirror-room", load("mirror-room"))];
+    image_means_agree(&scenes, &RenderConfig { indirect_end: Some(IndirectEnd::Cache), ..frames() });
 }
 
 fn frames() -> RenderConfig {

@@ -11,8 +11,8 @@ use spirv_std::glam::Vec3;
 pub struct CacheKey {
     /// Low halves of the cell's indices along x and y.
     pub xy: u32,
-    /// From the lowest bit: 16 bits of the index along z, 8 of the base-two exponent of the edge, 3 of the side of the surface. The
-    /// last 5 are the camera vertex.
+    /// Low half of the index along z. Above it are the exponent of the edge (8 bits), the side of the surface (3) and the camera
+    /// vertex (5).
     pub z_edge_side_depth: u32,
     /// Index into the materials.
     pub material: u32,

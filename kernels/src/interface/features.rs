@@ -84,10 +84,8 @@ macro_rules! lights_and_others {
             LIGHT_PYRAMIDS "light-pyramids";
             /// Vertices sample lights by the light BVH.
             LIGHT_BVH "light-bvh";
-            /// Collection points share indirect light, so camera paths keep what they find behind them.
+            /// Collection points share indirect light, or camera paths end in a radiance cache: paths keep what they find behind a vertex.
             INDIRECT "indirect";
-            /// Camera paths end in the radiance cache.
-            CACHE "cache";
         }
     };
 }

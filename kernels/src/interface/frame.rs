@@ -154,6 +154,12 @@ impl FrameParams {
         self.share_radius_px >= 1.2
     }
 
+    /// Whether camera paths end in the radiance cache.
+    #[inline(always)]
+    pub fn uses_cache(&self) -> bool {
+        self.cache_share > 0.0
+    }
+
     /// Number of pixels of the image.
     pub fn pixel_count(&self) -> u32 {
         self.width * self.height

@@ -131,7 +131,7 @@ impl CameraPass for Collect<'_> {
         if self.features.has(Features::INDIRECT) {
             self.indirect.write(self.pixel, light.indirect);
         }
-        if self.features.has(Features::CACHE) && self.params.cache_share > 0.0 {
+        if self.features.has(Features::INDIRECT) && self.params.uses_cache() {
             self.cached.write(self.pixel, light.cached);
         }
     }

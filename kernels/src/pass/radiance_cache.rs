@@ -53,7 +53,7 @@ pub const RADIANCE_CACHE: FrameStage = FrameStage {
         ]
     },
     keeps: &["cache_cells"],
-    features: Features::CACHE,
+    features: Features::INDIRECT,
     ..FrameStage::new("cache")
 };
 

@@ -84,7 +84,7 @@ pub struct CameraPathLight {
     pub delta_prefix: Vec3,
     /// Indirect light at the collection point. Needs [`Features::INDIRECT`], and a frame in which points share it.
     pub indirect: IndirectSample,
-    /// Sample for the radiance cache. Needs [`Features::CACHE`].
+    /// Sample for the radiance cache. Needs [`Features::INDIRECT`], and a frame that uses one.
     pub cached: CacheSample,
 }
 

@@ -97,6 +97,8 @@ pub struct PathScratch<'a> {
     features: Features,
     /// Whether it keeps indirect light: with [`Features::INDIRECT`], in frames in which points share it.
     keeps_indirect: bool,
+    /// Whether it keeps light for the radiance cache: with [`Features::INDIRECT`], in frames that use one.
+    keeps_cached: bool,
     /// The path's own record.
     own: PathRecord,
     /// The pencil: its axes and its derivatives by the origin at the eye, and those by the direction there.
@@ -119,7 +121,9 @@ impl<'a> PathScratch<'a> {
         let pencil = [by_origin, by_direction];
         let (indirect, cached) = (PathRecord::at(first + 3), PathRecord::at(first + 4));
         let keeps_indirect = features.has(Features::INDIRECT) && params.shares_indirect();
-        let mut scratch = PathScratch { words, features, keeps_indirect, own, pencil, indirect, cached };
+        let keeps_cached = features.has(Features::INDIRECT) && params.uses_cache();
+        let mut scratch =
+            PathScratch { words, features, keeps_indirect, keeps_cached, own, pencil, indirect, cached };
         scratch.set(Sum::Radiance, Vec3::ZERO);
         if features.has(Features::PARTS) {
             scratch.set(Sum::Prefix, Vec3::ZERO);
@@ -132,7 +136,7 @@ impl<'a> PathScratch<'a> {
             scratch.set_demodulation(Vec3::ZERO, 0.0);
             scratch.set_proximity(0.0);
         }
-        if features.has(Features::CACHE) {
+        if keeps_cached {
             scratch.start_cache_sample(&CacheKey::default(), Vec3::ZERO);
         }
         scratch.set_cone(start.cone, 0.0);
@@ -172,13 +176,19 @@ impl<'a> PathScratch<'a> {
         self.keeps_indirect
     }
 
+    /// Whether the path keeps light for the radiance cache.
+    #[inline(always)]
+    pub fn keeps_cached(&self) -> bool {
+        self.keeps_cached
+    }
+
     /// Adds indirect light that leaves a path room for this number of further scatterings.
     #[inline(always)]
     pub fn add_indirect(&mut self, left: u32, light: Vec3) {
         if self.keeps_indirect {
             self.add_light(self.indirect, left, light);
         }
-        if self.features.has(Features::CACHE) {
+        if self.keeps_cached {
             self.add_light(self.cached, left, light);
         }
     }

@@ -192,8 +192,8 @@ impl CameraPath {
     ) -> bool {
         let PathContext { params, features, .. } = context;
         let mut ends = false;
-        if features.has(Features::CACHE)
-            && params.cache_share > 0.0
+        if features.has(Features::INDIRECT)
+            && params.uses_cache()
             && !self.in_prefix
             && !self.met_cache
             && self.depth <= params.max_bounces
@@ -498,7 +498,7 @@ impl CameraPath {
         if scratch.keeps_indirect() {
             light.indirect = scratch.indirect_sample(self.rng.ray_key(ROUNDING));
         }
-        if features.has(Features::CACHE) {
+        if scratch.keeps_cached() {
             light.cached = scratch.cache_sample(self.rng.ray_key(ROUNDING));
         }
         if !is_finite(light.radiance.element_sum()) {

@@ -2,39 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use caustics::render_config::{Paths, RenderConfig};
-use caustics::scene::Scene;
+use caustics::render_config::RenderConfig;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::interface::NONE;
-use caustics_kernels::interface::choice::{IndirectEnd, IndirectShare, PixelFilter, Sampler};
+use caustics_kernels::interface::choice::{IndirectEnd, IndirectShare};
 use caustics_kernels::interface::counters::Counter;
 use caustics_kernels::interface::packed::from_rgbe;
 use caustics_kernels::interface::radiance_cache::{CacheCell, CacheKey, CacheSample};
-use caustics_kernels::method::PROGRESSIVE;
-use caustics_tests::scenes::{Builder, committed, emitter, lambert, metal};
+use caustics_tests::scenes::committed;
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
 
-const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+use crate::share::{self, CPU, open, room_with_a_mirror, rooms_beside_a_thin_wall};
+
 const ENDS: [IndirectEnd; 2] = [IndirectEnd::Path, IndirectEnd::Cache];
 
 fn config(indirect_end: IndirectEnd, seed: u32) -> RenderConfig {
-    RenderConfig {
-        width: 80,
-        height: 45,
-        method: &PROGRESSIVE,
-        light_paths: Paths::Count(1800),
-        pixel_filter: PixelFilter::Box,
-        sampler: Sampler::Sobol,
-        indirect_end: Some(indirect_end),
-        seed,
-        ..RenderConfig::default()
-    }
-}
-
-fn open(choice: &RunnerChoice, scene: &Scene, config: &RenderConfig) -> Session {
-    let features = scene.features(config.specular_roughness);
-    Session::new(choice, scene, &scene.cameras[0], config, features).expect("a session opens")
+    RenderConfig { indirect_end: Some(indirect_end), ..share::config(IndirectShare::None, seed) }
 }
 
 /// Sum of the path layer over frames.
@@ -47,18 +31,6 @@ fn path_layer(session: &mut Session, frames: std::ops::Range<u32>) -> Vec<Vec3> 
         sum.iter_mut().zip(path).for_each(|(sum, light)| *sum += light);
     }
     sum
-}
-
-/// A room of matte walls under a lamp, with a mirror in one half of the view.
-fn room_with_a_mirror() -> Scene {
-    let mut b = Builder::default();
-    let (wall, lamp, mirror) =
-        (b.material(lambert(0.7)), b.material(emitter(10.0)), b.material(metal(0.9, 0.0)));
-    b.block(wall, DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 2.0, 1.0), true);
-    b.panel(lamp, DVec3::new(0.0, 1.99, 0.0), 0.3 * DVec3::X, 0.3 * DVec3::Z);
-    b.panel(mirror, DVec3::new(0.5, 0.9, -0.98), 0.5 * DVec3::X, 0.7 * DVec3::Y);
-    b.camera(DVec3::new(0.0, 1.0, 0.95), DVec3::new(0.0, 0.9, -1.0), 0.9);
-    b.build()
 }
 
 fn words(key: CacheKey) -> [u32; 3] {
@@ -170,18 +142,7 @@ fn the_cache_saves_rays_and_leaves_caustics_alone() {
 /// than a thousandth of the light of the other one.
 #[test]
 fn little_light_leaks_through_a_thin_wall() {
-    let mut b = Builder::default();
-    let (wall, lamp) = (b.material(lambert(0.7)), b.material(emitter(10.0)));
-    b.panel(wall, DVec3::ZERO, 2.0 * DVec3::X, -DVec3::Z);
-    b.panel(wall, DVec3::new(0.0, 1.0, -1.0), 2.0 * DVec3::X, DVec3::Y);
-    b.panel(wall, DVec3::new(0.0, 2.0, 0.0), 2.0 * DVec3::X, DVec3::Z);
-    b.panel(wall, DVec3::new(-2.0, 1.0, 0.0), -DVec3::Z, DVec3::Y);
-    for side in [-1.0, 1.0] {
-        b.panel(wall, DVec3::new(0.05, 1.0, 0.0), side * DVec3::Z, DVec3::Y);
-    }
-    b.panel(lamp, DVec3::new(-1.0, 1.99, 0.0), 0.3 * DVec3::X, 0.3 * DVec3::Z);
-    b.camera(DVec3::new(0.0, 1.6, 4.2), DVec3::new(0.0, 0.8, 0.0), 0.75);
-    let scene = b.build();
+    let scene = rooms_beside_a_thin_wall(0.05);
     let [paths, cached] = ENDS.map(|end| path_layer(&mut open(&CPU, &scene, &config(end, 1)), 0..16));
     let sum = |layer: &[Vec3], side: bool| -> f64 {
         let of_side = (0..layer.len()).filter(|pixel| (pixel % 80 >= 42) == side);

@@ -17,10 +17,10 @@ use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
 use std::collections::HashSet;
 
-const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
+pub const CPU: RunnerChoice = RunnerChoice::Cpu { threads: 0 };
 const SHARES: [IndirectShare; 2] = [IndirectShare::None, IndirectShare::Points];
 
-fn config(indirect_share: IndirectShare, seed: u32) -> RenderConfig {
+pub fn config(indirect_share: IndirectShare, seed: u32) -> RenderConfig {
     RenderConfig {
         width: 80,
         height: 45,
@@ -34,7 +34,7 @@ fn config(indirect_share: IndirectShare, seed: u32) -> RenderConfig {
     }
 }
 
-fn open(choice: &RunnerChoice, scene: &Scene, config: &RenderConfig) -> Session {
+pub fn open(choice: &RunnerChoice, scene: &Scene, config: &RenderConfig) -> Session {
     let features = scene.features(config.specular_roughness);
     Session::new(choice, scene, &scene.cameras[0], config, features).expect("a session opens")
 }
@@ -52,7 +52,7 @@ fn path_layer(choice: &RunnerChoice, scene: &Scene, config: &RenderConfig, frame
 }
 
 /// A room of matte walls under a lamp, with a mirror in one half of the view.
-fn room_with_a_mirror() -> Scene {
+pub fn room_with_a_mirror() -> Scene {
     room_with_a_mirror_of(0.0)
 }
 
@@ -196,10 +196,8 @@ fn a_rough_mirror_does_not_widen_the_radius_of_sharing() {
     assert!((seen_rough[1] / seen_smooth[1] - 1.0).abs() < 0.1, "{seen_rough:?} {seen_smooth:?}");
 }
 
-/// Half of a room is dark behind a wall without thickness, on the same floor and before the same back wall. The dark half takes less
-/// than a thousandth of the light of the other one.
-#[test]
-fn little_light_is_shared_through_a_thin_wall() {
+/// A room whose right half is dark behind a wall without thickness at this x, on the same floor and before the same back wall.
+pub fn rooms_beside_a_thin_wall(x: f64) -> Scene {
     let mut b = Builder::default();
     let (wall, lamp) = (b.material(lambert(0.7)), b.material(emitter(10.0)));
     b.panel(wall, DVec3::ZERO, 2.0 * DVec3::X, -DVec3::Z);
@@ -207,11 +205,18 @@ fn little_light_is_shared_through_a_thin_wall() {
     b.panel(wall, DVec3::new(0.0, 2.0, 0.0), 2.0 * DVec3::X, DVec3::Z);
     b.panel(wall, DVec3::new(-2.0, 1.0, 0.0), -DVec3::Z, DVec3::Y);
     for side in [-1.0, 1.0] {
-        b.panel(wall, DVec3::new(0.0, 1.0, 0.0), side * DVec3::Z, DVec3::Y);
+        b.panel(wall, DVec3::new(x, 1.0, 0.0), side * DVec3::Z, DVec3::Y);
     }
     b.panel(lamp, DVec3::new(-1.0, 1.99, 0.0), 0.3 * DVec3::X, 0.3 * DVec3::Z);
     b.camera(DVec3::new(0.0, 1.6, 4.2), DVec3::new(0.0, 0.8, 0.0), 0.75);
-    let scene = b.build();
+    b.build()
+}
+
+/// Half of a room is dark behind a wall without thickness, on the same floor and before the same back wall. The dark half takes less
+/// than a thousandth of the light of the other one.
+#[test]
+fn little_light_is_shared_through_a_thin_wall() {
+    let scene = rooms_beside_a_thin_wall(0.0);
     for frames in [1, 16] {
         let [none, points] = SHARES.map(|share| path_layer(&CPU, &scene, &config(share, 1), frames));
         let is_dark = |pixel: &usize| pixel % 80 >= 41;

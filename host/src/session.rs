@@ -17,6 +17,7 @@ use caustics_kernels::interface::frame::{Camera, FIRST_FRAME, FrameParams};
 use caustics_kernels::interface::light::Light;
 use caustics_kernels::interface::light_bvh::LightBvhNode;
 use caustics_kernels::interface::point::PointGeometry;
+use caustics_kernels::pass::balance::BALANCE;
 use caustics_kernels::pass::collect::pixel_order;
 use caustics_kernels::pass::display::DISPLAY;
 use glam::{DVec3, Vec3};
@@ -601,7 +602,8 @@ impl Session {
     fn take_light_paths(&mut self) -> Result<(), SessionError> {
         self.light_paths = self.config.first_light_paths(self.params.pixel_count());
         // Without light paths there is no buffer `balance`.
-        if self.kept.iter().any(|spec| spec.name == "balance") {
+        let is_kept = self.kept.iter().any(|spec| spec.name == "balance");
+        if self.parts.stages.has(&BALANCE) && is_kept {
             let balance: Vec<Balance> = self.read("balance")?;
             if let Some(&Balance { light_paths: found @ 1.., .. }) = balance.first() {
                 self.light_paths = found.min(self.config.max_light_paths());

@@ -1,7 +1,7 @@
 //! Check of the buffers that outlive a frame when they come from a file.
 
 /// Words of an element of each buffer that outlives a frame: `f` is a float, `u` anything else.
-const WORDS: [(&str, &str); 21] = [
+const WORDS: [(&str, &str); 22] = [
     ("balance", "ffffu"),
     ("cache_cells", "ffffffffffuuu"),
     ("density", "ff"),
@@ -20,6 +20,7 @@ const WORDS: [(&str, &str); 21] = [
     ("pixel_sums", "ffff"),
     ("pixel_variances", "ff"),
     ("radius_next", "f"),
+    ("share_balance", "ffffu"),
     ("start_counts", "u"),
     ("start_scores", "u"),
     ("validation_photons", "ffffu"),

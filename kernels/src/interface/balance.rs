@@ -1,4 +1,4 @@
-//! Balance of a frame's time between camera paths and light paths, which outlives a frame.
+//! Balance of a frame's time between camera paths, light paths and shared light, which outlives a frame.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -19,6 +19,31 @@ pub struct Balance {
     pub light_paths: u32,
 }
 
+/// Sums over the frames that share indirect light, old frames weighted less: what sharing gains, and what it costs. Variances are means
+/// over pixels, relative to the square of a pixel's value.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ShareBalance {
+    /// Sum of the variance that sharing removes.
+    pub gain: f32,
+    /// Sum of the variance of all light without sharing.
+    pub variance: f32,
+    /// Sum of the cost of sharing (rays of camera paths).
+    pub cost: f32,
+    /// Sum of the cost of all else (rays of camera paths).
+    pub other_cost: f32,
+    /// Number of next frames that do not share.
+    pub pause: u32,
+}
+
+impl ShareBalance {
+    /// What sharing gains over what it costs. Above 1, variance times cost is smaller with it: (V - G) (C + c) < V C.
+    pub fn worth(&self) -> f32 {
+        let (gain, cost) = (self.gain / self.variance, self.cost / self.other_cost);
+        gain * (1.0 + cost) / cost
+    }
+}
+
 /// Light paths per pixel in a first frame.
 pub const FIRST_PATHS: f32 = 0.5;
 /// Minimum number of light paths per pixel.
@@ -27,3 +52,4 @@ pub const MIN_PATHS: f32 = 0.0625;
 pub const MAX_PATHS: u32 = 4;
 
 const _: () = assert!(size_of::<Balance>() == 20);
+const _: () = assert!(size_of::<ShareBalance>() == 20);

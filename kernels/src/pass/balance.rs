@@ -37,7 +37,7 @@ pub const BALANCE: FrameStage = FrameStage {
 };
 
 /// Share of earlier measurements that counts on in a still view: eight frames average out rare paths.
-const KEEP: f32 = 0.875;
+pub const KEEP: f32 = 0.875;
 /// Cost of a ray of a light path, its start and its photons included (rays of camera paths). This and the other costs were
 /// measured on a CPU, in six scenes.
 const LIGHT_RAY: f32 = 2.3;
@@ -46,7 +46,7 @@ const PHOTON: f32 = 1.0;
 /// Cost of a pair of photon and point (rays of camera paths).
 const PAIR: f32 = 0.6;
 /// Largest variance that is used; light without bounds is above it.
-const MAX_VARIANCE: f32 = 1.0e30;
+pub const MAX_VARIANCE: f32 = 1.0e30;
 /// Ratio of neighbouring numbers of light paths, so large that roundings of a device seldom decide.
 const GRAIN: f32 = core::f32::consts::SQRT_2;
 
@@ -113,15 +113,8 @@ pub fn balance_paths(
     balance_rows: &[Vec2],
     #[len = 1] mut balance: Slots<'_, Balance>,
 ) {
-    let count = |counter: Counter| counters[counter as usize] as f32;
     let light_paths = params.light_path_count as f32;
-    // Average the variance over the rows
-    let mut variance = Vec2::ZERO;
-    let mut row = 0;
-    while row < params.height {
-        variance += balance_rows[row as usize] / params.height as f32;
-        row += 1;
-    }
+    let variance = mean_of_rows(balance_rows, params);
     let mut next = balance.read(0);
     if next.light_paths == 0 {
         next.light_paths = params.light_path_count;
@@ -130,11 +123,7 @@ pub fn balance_paths(
     // Skip the first frame, whose emissions know nothing yet, and black images.
     if pixel_sums[0].path_frames > 1.0 && seen > 0.0 && seen < MAX_VARIANCE {
         let keep = if params.moved != 0 { FADE } else { KEEP };
-        // Few validation paths, which start by power, go on behind their first hit.
-        let validation_cost = LIGHT_RAY * params.validation_path_count as f32;
-        let camera_cost = count(Counter::CameraRays) + count(Counter::ShadowRays) + validation_cost;
-        let light_cost =
-            light_cost(count(Counter::LightRays), count(Counter::Photons), count(Counter::Gathered));
+        let (camera_cost, light_cost) = costs(counters, params);
         // Average variance and cost over frames
         next.path_variance = next.path_variance * keep + variance.x;
         next.caustic_variance = next.caustic_variance * keep + variance.y * light_paths;
@@ -147,6 +136,28 @@ pub fn balance_paths(
         next.light_paths = grain(best, pixels);
     }
     balance.write(0, next);
+}
+
+/// Mean over the rows of the image.
+#[inline(always)]
+pub fn mean_of_rows(rows: &[Vec2], params: &FrameParams) -> Vec2 {
+    let mut mean = Vec2::ZERO;
+    let mut row = 0;
+    while row < params.height {
+        mean += rows[row as usize] / params.height as f32;
+        row += 1;
+    }
+    mean
+}
+
+/// Costs of the camera paths and of the light paths of a frame (rays of camera paths).
+#[inline(always)]
+pub fn costs(counters: &[u32], params: &FrameParams) -> (f32, f32) {
+    let count = |counter: Counter| counters[counter as usize] as f32;
+    // Few validation paths, which start by power, go on behind their first hit.
+    let validation_cost = LIGHT_RAY * params.validation_path_count as f32;
+    let camera_cost = count(Counter::CameraRays) + count(Counter::ShadowRays) + validation_cost;
+    (camera_cost, light_cost(count(Counter::LightRays), count(Counter::Photons), count(Counter::Gathered)))
 }
 
 /// Cost of these numbers of rays of light paths, of photons, and of pairs of photon and point (rays of camera paths).

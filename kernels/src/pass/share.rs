@@ -22,6 +22,9 @@
 //! Radii leave out the width that rough lobes add to the cone of a pixel. So a disc holds some 64 points in the first frame, also
 //! where it is seen in a rough mirror.
 //!
+//! Sharing pays where it removes a larger share of the variance of an image than it takes of a frame's time. Both are measured as in
+//! `balance`. Where it does not pay, the next frames do not share; the less it paid, the more of them.
+//!
 //! Cost: an index over the points, and a search of some 200 of them a pixel, of which 50 give samples. Both fall with the radius. Where
 //! many views of a surface overlap, random points are left out of the index.
 //! Limitations: light is blurred within the radius, also across the edges of shadows of indirect light that a far object throws. Only
@@ -36,6 +39,7 @@ use crate::gather::hash::{
     RADIUS_BINS, Runs, cell_bits, cell_size_of, radius_bin, reserve_block, salt, slot,
 };
 use crate::interface::NONE;
+use crate::interface::balance::ShareBalance;
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::material::Material;
@@ -44,11 +48,18 @@ use crate::interface::point::{
     IndirectSample, PointGeometry, PointShading, SHARED_DEPTHS, SharedLight, SharingPoint,
 };
 use crate::math::grid::cell;
+use crate::math::mean;
 use crate::math::quanta::Quanta;
 use crate::math::rng::pcg4d;
+#[cfg(not(target_arch = "spirv"))]
+use crate::pass::balance::BALANCE;
+use crate::pass::balance::{KEEP, MAX_VARIANCE, costs, mean_of_rows};
+use crate::pass::weigh::FADE;
+#[cfg(not(target_arch = "spirv"))]
+use crate::pass::weigh::WEIGH;
 use crate::platform::{AtomicWords, Atomics, Slots, Words};
 use crate::surface::textured::material_of;
-use spirv_std::glam::{UVec3, UVec4, Vec3};
+use spirv_std::glam::{UVec3, UVec4, Vec2, Vec3};
 
 /// Stage that shares indirect light between collection points.
 #[cfg(not(target_arch = "spirv"))]
@@ -57,7 +68,7 @@ pub const SHARE: FrameStage = FrameStage {
         if !params.shares_indirect() {
             return Vec::new();
         }
-        vec![
+        let mut steps = vec![
             Step::Clear { buffer: "share_levels" },
             Step::Clear { buffer: "share_counts" },
             // Crowded slots have entries that no point takes: they must not hold points of earlier frames.
@@ -66,8 +77,15 @@ pub const SHARE: FrameStage = FrameStage {
             Step::level(&SHARE_INDEX, RESERVE, cell_mask(params) + 1),
             Step::level(&SHARE_INDEX, FILL, params.pixel_count()),
             Step::new(&SHARE_GATHER, params),
-        ]
+        ];
+        // Without light paths there are no weights of pixels.
+        if params.light_path_count > 0 {
+            steps.extend([Step::new(&SHARE_ROWS, params), Step::new(&SHARE_BALANCE, params)]);
+        }
+        steps
     },
+    keeps: &["share_balance"],
+    needs: &[&WEIGH, &BALANCE],
     features: Features::INDIRECT,
     ..FrameStage::new("share")
 };
@@ -95,6 +113,15 @@ const MAX_PROXIMITY: f32 = 0.25;
 const PROXIMITY_SCALE: f32 = 1024.0;
 /// Number of radii, each half of the one before, of which a point takes the first that is far enough from surfaces.
 const MAX_SEARCHES: u32 = 4;
+
+/// Cost of a point that shares, its part of the index included (rays of camera paths). This and the next one were measured on a CPU.
+const POINT: f32 = 0.8;
+/// Cost of a point that is looked at (rays of camera paths).
+const CANDIDATE: f32 = 0.01;
+/// Number of frames without sharing behind one in which it nearly paid; where things move, the maximum of this number.
+const PAUSE: f32 = 8.0;
+/// Maximum number of frames without sharing in a still view.
+const MAX_PAUSE: f32 = 63.0;
 
 /// Number of cells of the index minus one (a power of two minus one).
 #[inline(always)]
@@ -129,9 +156,11 @@ pub fn share_index(
     #[len = 2 * (cell_mask(params) + 1)] mut share_ranges: AtomicWords<'_>,
     #[len = params.pixel_count()] mut sharing_points: Slots<'_, SharingPoint>,
     #[len = params.pixel_count()] mut shared_light: Slots<'_, SharedLight>,
+    #[len = 1] share_balance: &[ShareBalance],
 ) {
     let mask = cell_mask(params);
-    if dispatch.level != COUNT && share_levels.get(LARGEST) < MIN_LARGEST {
+    let has_light = dispatch.level == COUNT || share_levels.get(LARGEST) >= MIN_LARGEST;
+    if !has_light || share_balance[0].pause > 0 {
         return;
     }
     if dispatch.level == RESERVE {
@@ -189,14 +218,20 @@ pub fn share_gather(
     share_ranges: &[u32],
     sharing_points: &[SharingPoint],
     shared_light: &[SharedLight],
+    share_balance: &[ShareBalance],
     mut path_radiance: Slots<'_, Vec3>,
+    #[len = params.pixel_count()] mut share_gains: Slots<'_, Vec2>,
 ) {
+    if share_balance[0].pause > 0 {
+        return;
+    }
     let pixel = pixel_order[index as usize];
     let point = point_geometry[pixel as usize];
     let sample = point_indirect[pixel as usize];
     let own = sample.light[0];
     let largest = share_levels[LARGEST as usize];
     if !point.exists() || own == NONE || largest < MIN_LARGEST {
+        share_gains.write(pixel, Vec2::ZERO);
         return;
     }
     let shading = &point_shading[pixel as usize];
@@ -208,21 +243,82 @@ pub fn share_gather(
     let mut radius = largest_radius;
     let mut taken = Taken::default();
     let mut searches = 0;
+    let mut candidates = 0;
     let mut is_near = true;
     while is_near && searches < MAX_SEARCHES {
         taken = samples.around(&taker, radius, radius_bin(largest_radius), cell_mask(params));
+        candidates += taken.candidates;
         is_near = taken.is_near_surfaces();
         radius *= 0.5;
         searches += 1;
     }
+    let mut gain = 0.0;
     if !is_near && taken.count > 1 {
         let material = material_of(shading, materials, features);
         let receiver = Receiver::new(shading, material, params.specular_roughness, features);
-        let mean = taken.mean(rgbe_quantum(taker.largest));
-        let change = mean - from_rgbe(own);
+        let change = taken.mean(rgbe_quantum(taker.largest)) - from_rgbe(own);
         let seen = shading.throughput * receiver.diffuse_albedo() * change;
         path_radiance.write(pixel, path_radiance.read(pixel) + seen);
+        gain = mean(seen) * mean(seen);
     }
+    share_gains.write(pixel, Vec2::new(gain, POINT + CANDIDATE * candidates as f32));
+}
+
+/// Means over the pixels of each row: the squared change by sharing, relative to the square of a pixel's value, and the cost.
+#[pass(name = "share.rows", over = params.height, work = Gather)]
+pub fn share_rows(
+    row: u32,
+    params: &FrameParams,
+    pixel_weights: &[f32],
+    share_gains: &[Vec2],
+    #[len = params.height] mut share_rows: Slots<'_, Vec2>,
+) {
+    let mut sum = Vec2::ZERO;
+    let mut pixel = row * params.width;
+    while pixel < (row + 1) * params.width {
+        let Vec2 { x: gain, y: cost } = share_gains[pixel as usize];
+        sum += Vec2::new(gain * pixel_weights[pixel as usize], cost);
+        pixel += 1;
+    }
+    share_rows.write(row, sum / params.width as f32);
+}
+
+/// Decides whether the next frames share.
+#[pass(name = "share.balance", over = 1, work = Gather)]
+pub fn share_balance(
+    _index: u32,
+    params: &FrameParams,
+    counters: &[u32],
+    balance_rows: &[Vec2],
+    share_rows: &[Vec2],
+    mut share_balance: Slots<'_, ShareBalance>,
+) {
+    let before = share_balance.read(0);
+    if before.pause > 0 {
+        let pause = if params.moved == 0 { before.pause } else { before.pause.min(PAUSE as u32) };
+        share_balance.write(0, ShareBalance { pause: pause - 1, ..before });
+        return;
+    }
+    let Vec2 { x: gain, y: cost } = mean_of_rows(share_rows, params);
+    let variance = mean_of_rows(balance_rows, params).element_sum();
+    // Black images and light without bounds tell nothing.
+    if !(gain < MAX_VARIANCE && variance > 0.0 && variance < MAX_VARIANCE) {
+        return;
+    }
+    let keep = if params.moved != 0 { FADE } else { KEEP };
+    let (camera_cost, light_cost) = costs(counters, params);
+    let mut now = ShareBalance {
+        gain: before.gain * keep + gain,
+        variance: before.variance * keep + variance,
+        cost: before.cost * keep + cost * params.pixel_count() as f32,
+        other_cost: before.other_cost * keep + camera_cost + light_cost,
+        pause: 0,
+    };
+    let worth = now.worth();
+    if worth < 1.0 {
+        now.pause = (PAUSE / worth).min(MAX_PAUSE) as u32;
+    }
+    share_balance.write(0, now);
 }
 
 /// Point that takes samples.
@@ -267,6 +363,8 @@ struct Taken {
     count: u32,
     /// Sum of min(1, radius times proximity), in 1 / `PROXIMITY_SCALE`.
     proximity: u32,
+    /// Number of points that were looked at.
+    candidates: u32,
 }
 
 impl Taken {
@@ -280,6 +378,7 @@ impl Taken {
             blue: add(self.blue, value.z),
             count: self.count + 1,
             proximity: self.proximity + (proximity.min(1.0) * PROXIMITY_SCALE) as u32,
+            candidates: self.candidates,
         }
     }
 
@@ -338,6 +437,7 @@ impl Samples<'_> {
         let mut runs = Runs::new(low, high, salt(level), cell_mask);
         while runs.is_left() {
             let run = runs.next(self.ranges);
+            taken.candidates += run.end - run.start;
             let mut entry = run.start;
             while entry < run.end {
                 let giver = self.points[entry as usize];

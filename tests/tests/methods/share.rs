@@ -5,7 +5,7 @@ use caustics::scene::Scene;
 use caustics::session::{RunnerChoice, Session};
 use caustics_kernels::emission::GUIDED;
 use caustics_kernels::interface::NONE;
-use caustics_kernels::interface::balance::Balance;
+use caustics_kernels::interface::balance::{Balance, ShareBalance};
 use caustics_kernels::interface::choice::{IndirectShare, PixelFilter, Sampler};
 use caustics_kernels::interface::packed::{from_bfloats, from_rgbe};
 use caustics_kernels::interface::point::{IndirectSample, PointGeometry, PointShading, SharingPoint};
@@ -311,4 +311,36 @@ fn shared_light_has_the_same_bits_with_one_thread_and_with_many() {
             choices.map(|choice| path_layer(&choice, &scene, &config(IndirectShare::Points, 5), 3));
         assert!(one == many);
     }
+}
+
+#[test]
+fn sharing_pauses_where_it_does_not_pay() {
+    // A floor under the open sky, with little indirect light beside the ring
+    let ring = committed("ring");
+    let config_of = |share| RenderConfig { width: 320, height: 180, ..config(share, 1) };
+    let mut sessions = SHARES.map(|share| open(&CPU, &ring, &config_of(share)));
+    let shared = [0, 1, 2, 3].map(|frame| {
+        let [none, points] = sessions.each_mut().map(|session| {
+            session.frame(frame).expect("a frame runs");
+            session.image().expect("an image").path
+        });
+        none != points
+    });
+    assert_eq!(shared, [true, false, false, false], "frames that share");
+
+    // A room, in which it pays from the first frame on
+    let mut room = open(&CPU, &committed("mirror-room"), &config(IndirectShare::Points, 1));
+    for frame in 0..8 {
+        room.frame(frame).expect("a frame runs");
+        let balance = room.read::<ShareBalance>("share_balance").expect("a balance")[0];
+        assert!(balance.pause == 0 && balance.worth() > 1.0, "frame {frame}: {balance:?}");
+    }
+}
+
+#[test]
+fn sharing_is_worth_its_time_if_it_lowers_variance_times_cost() {
+    let balance = |gain| ShareBalance { gain, variance: 8.0, cost: 1.0, other_cost: 3.0, pause: 0 };
+    // (8 - gain) (3 + 1) = 8 * 3 at a gain of 2.
+    assert_eq!(balance(2.0).worth(), 1.0);
+    assert!(balance(1.9).worth() < 1.0 && balance(2.1).worth() > 1.0);
 }

@@ -124,9 +124,10 @@ impl Accumulation {
             own.par_iter_mut().zip(next).for_each(|(sum, value)| *sum += value);
         }
         for (own, next) in self.shown.chunks_mut(SHOWN).zip(next.shown.chunks(SHOWN)) {
-            let material = if own[0] == 0.0 { next[MATERIAL] } else { own[MATERIAL] };
+            let first = if own[0] == 0.0 { next } else { &*own };
+            let (material, cell) = (first[MATERIAL], first[CELL]);
             own.iter_mut().zip(next).for_each(|(sum, value)| *sum += value);
-            own[MATERIAL] = material;
+            (own[MATERIAL], own[CELL]) = (material, cell);
         }
     }
 
@@ -158,7 +159,7 @@ impl Accumulation {
     }
 
     /// Returns the means of the auxiliary layers over the frames in which a pixel has a collection point, and its first
-    /// material.
+    /// material and cell.
     fn shown(&self) -> Auxiliary {
         let mut auxiliary = Auxiliary::default();
         for record in self.shown.chunks(SHOWN) {
@@ -170,7 +171,9 @@ impl Accumulation {
             auxiliary.position.push(vector(7));
             auxiliary.depth.push(number(10));
             auxiliary.motion.push(Vec2::new(number(11), number(12)));
-            auxiliary.material.push(if record[0] > 0.0 { record[MATERIAL] as f32 } else { NO_MATERIAL });
+            let first = |at: usize| if record[0] > 0.0 { record[at] as f32 } else { NO_MATERIAL };
+            auxiliary.material.push(first(MATERIAL));
+            auxiliary.cell.push(first(CELL));
         }
         auxiliary
     }
@@ -259,10 +262,12 @@ impl Accumulation {
 }
 
 /// Numbers of a pixel's auxiliary record. The first counts the frames with a collection point. Sums over these frames
-/// follow: normal, albedo, position, depth, motion. The last is the first frame's material.
-const SHOWN: usize = 14;
+/// follow: normal, albedo, position, depth, motion. The last are the first frame's material and cell.
+const SHOWN: usize = 15;
 /// Index of the material in the record.
 const MATERIAL: usize = 13;
+/// Index of the cell in the record.
+const CELL: usize = 14;
 
 /// Adds the auxiliary layers of a pixel to its record.
 fn show(record: &mut [f64], auxiliary: &Auxiliary, pixel: usize) {
@@ -271,6 +276,7 @@ fn show(record: &mut [f64], auxiliary: &Auxiliary, pixel: usize) {
     }
     if record[0] == 0.0 {
         record[MATERIAL] = f64::from(auxiliary.material[pixel]);
+        record[CELL] = f64::from(auxiliary.cell[pixel]);
     }
     record[0] += 1.0;
     let vectors = [&auxiliary.normal, &auxiliary.albedo, &auxiliary.position];
@@ -349,12 +355,14 @@ mod tests {
                 position: vec![Vec3::X * depth, Vec3::ZERO],
                 motion: vec![Vec2::new(depth, 1.0) * is_there, Vec2::ZERO],
                 material: vec![material, NO_MATERIAL],
+                cell: vec![material + 2.0 * is_there, NO_MATERIAL],
             };
             let path = vec![Vec3::ONE; 2];
             sums.add(&RenderedImage { width: 2, height: 1, path, auxiliary, ..RenderedImage::default() });
         }
         let mean = sums.mean().auxiliary;
         assert_eq!((&mean.depth[..], &mean.material[..]), (&[3.0, 0.0][..], &[7.0, NO_MATERIAL][..]));
+        assert_eq!(mean.cell, [9.0, NO_MATERIAL]);
         assert_eq!((mean.normal[0], mean.albedo[0]), (Vec3::Y, Vec3::splat(0.5)));
         assert_eq!((mean.position[0], mean.motion[0]), (Vec3::X * 3.0, Vec2::new(3.0, 1.0)));
         let values: Vec<f64> = sums.parts().flatten().copied().collect();
@@ -371,6 +379,7 @@ mod tests {
                 position: vec![Vec3::ZERO],
                 motion: vec![Vec2::ZERO],
                 material: vec![index as f32],
+                cell: vec![index as f32 + 1.0],
             },
             ..image((index * index) as f32, index as f32)
         };
@@ -385,7 +394,8 @@ mod tests {
             joined.append(&sums(4..10, batches));
             // Sums of small whole numbers are exact.
             assert_eq!(joined, sums(0..10, batches));
-            assert_eq!(joined.mean().auxiliary.material, [3.0]);
+            let Auxiliary { material, cell, .. } = joined.mean().auxiliary;
+            assert_eq!((material, cell), (vec![3.0], vec![4.0]));
         }
     }
 

@@ -14,6 +14,7 @@ mod light;
 mod look;
 mod photons;
 mod record;
+mod shared;
 mod view;
 
 /// Inspection of a pixel. Positions are in the file's coordinates (m).
@@ -31,6 +32,8 @@ pub struct Inspection {
     pub photons: Option<Photons>,
     /// Light path of each photon in `photons.some`, from its light to the photon.
     pub light_paths: Vec<LightPath>,
+    /// Indirect light that the point took from others; `None` if it took none.
+    pub shared_light: Option<SharedLight>,
 }
 
 /// Camera path.
@@ -127,6 +130,36 @@ pub struct Photon {
     pub flux: [f32; 3],
     /// Radiance of the pixel from this photon (W m^-2 sr^-1).
     pub radiance: [f32; 3],
+}
+
+/// Indirect light of a collection point: the mean over points around it. All light is that of a white diffuse surface at the
+/// point (W m^-2 sr^-1).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SharedLight {
+    /// Radius within which the points lie (m).
+    pub radius: f32,
+    /// Light that the point's own camera path found.
+    pub own: [f32; 3],
+    /// Mean of the light of all points.
+    pub mean: [f32; 3],
+    /// Change of the pixel's radiance by it (W m^-2 sr^-1).
+    pub change: [f32; 3],
+    /// The points, in the order of their pixels. The point itself is among them, unless random numbers left it out of a crowded
+    /// cell.
+    pub points: Vec<SharingPoint>,
+}
+
+/// Collection point that gives its indirect light to another.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SharingPoint {
+    /// Column and row of its pixel.
+    pub pixel: [u32; 2],
+    /// Position.
+    pub position: [f64; 3],
+    /// Number of vertices of the camera path, this one included.
+    pub depth: u32,
+    /// Light that it gives.
+    pub light: [f32; 3],
 }
 
 /// Light path up to a photon.

@@ -69,12 +69,14 @@ impl Session {
             point: None,
             photons: None,
             light_paths: Vec::new(),
+            shared_light: None,
         };
         if method.gathers {
             let geometry = self.read::<PointGeometry>("point_geometry")?[pixel as usize];
             let shading = self.read::<PointShading>("point_shading")?[pixel as usize];
             let taker = Taker { view, geometry, shading };
             inspection.point = taker.point();
+            inspection.shared_light = self.shared_light(pixel, &taker)?;
             if method.chooses_gather {
                 let words = self.read::<u32>("accumulator")?;
                 let gathered = words[((pixel + 1) * accumulator::WORDS - 1) as usize];

@@ -8,7 +8,7 @@ use caustics_kernels::interface::guide::LightGroups;
 use caustics_kernels::interface::history::validation_paths;
 use caustics_kernels::pass::more_points::MAX_POINTS;
 use caustics_kernels::pass::radiance_cache::RADIANCE_CACHE;
-use caustics_kernels::pass::share::SHARE_RADIUS_PX;
+use caustics_kernels::pass::share::{SHARE, SHARE_RADIUS_PX};
 use caustics_scene::{Scene, SceneCamera};
 use glam::Vec3;
 
@@ -46,6 +46,7 @@ impl RenderConfig {
             Casters::default()
         };
         let thin_walls = if self.passes_thin_walls() { ThinWalls::Passed } else { ThinWalls::Event };
+        let stages = self.parts().stages;
         let params = FrameParams {
             camera: camera.camera(self.width, self.height),
             previous_camera: camera.camera(self.width, self.height),
@@ -70,8 +71,8 @@ impl RenderConfig {
             light_groups: LightGroups::new(scene.light_keys.len() as u32, casters.count),
             sequence: self.sequence(frame),
             thin_walls: thin_walls as u32,
-            share_radius_px: SHARE_RADIUS_PX,
-            cache_share: if self.parts().stages.has(&RADIANCE_CACHE) { 1.0 } else { 0.0 },
+            share_radius_px: if stages.has(&SHARE) { SHARE_RADIUS_PX } else { 0.0 },
+            cache_share: if stages.has(&RADIANCE_CACHE) { 1.0 } else { 0.0 },
             collection_points: self.collection_points.clamp(1, MAX_POINTS),
             light_bvh_share: if self.light_sampler == LightSampler::Bvh {
                 scene.light_bvh_share()

@@ -17,6 +17,7 @@ use crate::math::rng::Stream;
 use crate::path::camera_pass::{CameraPass, CameraPathRequest, run_camera_pass};
 use crate::path::camera_path::{CameraPathLight, CameraSuffix};
 use crate::path::observer::{CollectionPoint, PathObserver};
+use crate::path::radiance_cache::cube_around;
 use crate::platform::{Slots, Uncounted};
 use crate::surface::textured::material_of;
 use crate::trace::Tracer;
@@ -74,6 +75,14 @@ impl PathObserver for Shown<'_> {
             normal: shading.shading_normal,
             material: self.materials[shading.material as usize].medium,
             albedo: material_of(shading, self.materials, self.features).base_color,
+            cell: cube_around(
+                geometry.position,
+                geometry.normal,
+                shading.material,
+                geometry.depth,
+                self.params,
+            )
+            .number(),
             motion: motion(self.pixel, point, self.instances, self.params),
             ..Auxiliary::default()
         };

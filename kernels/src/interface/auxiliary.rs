@@ -17,8 +17,8 @@ pub struct Auxiliary {
     pub material: u32,
     /// Base colour of the material.
     pub albedo: Vec3,
-    /// Keeps records at 16 bytes.
-    pub padding: u32,
+    /// Number of the cell of the radiance cache around it, below 2^24.
+    pub cell: u32,
     /// Motion in the image since the previous frame (px); x to the right, y down.
     pub motion: Vec2,
     /// Keeps records at 16 bytes.

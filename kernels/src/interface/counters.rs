@@ -30,13 +30,15 @@ pub enum Counter {
     MediaOverflow,
     /// Faces of media that contradict the media around the path that met them.
     UnexpectedFaces,
+    /// Camera paths that ended in the radiance cache.
+    CacheEnds,
 }
 
 /// Number of slots of the counter buffer, with those of the energy ledger.
 pub const COUNTER_COUNT: usize = (LEDGER_FIRST + 2 * ENTRY_COUNT * LEDGER_BANKS) as usize;
 
 /// Names of the counters that users see.
-pub const COUNTER_NAMES: [(Counter, &str); 12] = [
+pub const COUNTER_NAMES: [(Counter, &str); 13] = [
     (Counter::Photons, "photons"),
     (Counter::PhotonsDropped, "photons_dropped"),
     (Counter::Gathered, "gathered"),
@@ -49,6 +51,7 @@ pub const COUNTER_NAMES: [(Counter, &str); 12] = [
     (Counter::Cut, "cut"),
     (Counter::MediaOverflow, "media_overflow"),
     (Counter::UnexpectedFaces, "unexpected_faces"),
+    (Counter::CacheEnds, "cache_ends"),
 ];
 
 /// A slot of the buffer `photon_state`.

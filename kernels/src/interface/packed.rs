@@ -78,6 +78,9 @@ pub fn rgbe_quanta(word: u32, largest: u32) -> UVec3 {
     }
 }
 
+/// Smallest largest exponent with which [`rgbe_quanta`] are summed: that of 1e-25. Words below it are of no light.
+pub const MIN_EXPONENT: u32 = 43;
+
 /// Unit of [`rgbe_quanta`] for a largest exponent from 31 on.
 #[inline(always)]
 pub fn rgbe_quantum(largest: u32) -> f32 {

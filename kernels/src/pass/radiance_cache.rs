@@ -30,7 +30,7 @@ use crate::interface::NONE;
 #[cfg(not(target_arch = "spirv"))]
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
-use crate::interface::packed::{exponent, rgbe_quanta, rgbe_quantum};
+use crate::interface::packed::{MIN_EXPONENT, exponent, rgbe_quanta, rgbe_quantum};
 use crate::interface::point::SHARED_DEPTHS;
 use crate::interface::radiance_cache::{CacheCell, CacheKey, CacheSample};
 use crate::math::quanta::Quanta;
@@ -67,8 +67,6 @@ const SUM_WORDS: u32 = 6 * SHARED_DEPTHS as u32 + 2;
 const COUNT: u32 = SUM_WORDS - 2;
 /// Index of the word with the claim of a free cell: the complement of a pixel's index, or 0.
 const CLAIMED: u32 = SUM_WORDS - 1;
-/// Smallest exponent of a frame's largest sample with which it is added: that of 1e-25.
-const MIN_LARGEST: u32 = 43;
 
 /// Index behind the sums of all cells of the word with the exponent of the frame's largest sample.
 #[inline(always)]
@@ -103,7 +101,7 @@ pub fn cache_add(
     }
     let largest = cache_sums.get(largest_word(params));
     let key = key_of(cell, cache_sums.get(first + CLAIMED), cache_samples);
-    if key != sample.key || largest < MIN_LARGEST {
+    if key != sample.key || largest < MIN_EXPONENT {
         return;
     }
     cache_sums.add(first + COUNT, 1);

@@ -43,7 +43,7 @@ use crate::interface::balance::ShareBalance;
 use crate::interface::features::Features;
 use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::material::Material;
-use crate::interface::packed::{exponent, from_bfloats, from_rgbe, rgbe_quanta, rgbe_quantum};
+use crate::interface::packed::{MIN_EXPONENT, exponent, from_bfloats, from_rgbe, rgbe_quanta, rgbe_quantum};
 use crate::interface::point::{
     IndirectSample, PointGeometry, PointShading, SHARED_DEPTHS, SharedLight, SharingPoint,
 };
@@ -101,9 +101,7 @@ const MAX_IN_SLOT: u32 = 32;
 /// Word of the random numbers that decide which.
 const CROWD_SALT: u32 = 0x7368_6172;
 /// Index of the word behind the levels that holds the exponent of the frame's largest sample.
-const LARGEST: u32 = RADIUS_BINS;
-/// Smallest such exponent for which samples are shared: that of 1e-25. A scene without indirect light ends here.
-const MIN_LARGEST: u32 = 43;
+pub const LARGEST: u32 = RADIUS_BINS;
 /// Number of samples of a point's own level with which it does not search the next ones.
 const ENOUGH: u32 = 4;
 /// Largest radius over the harmonic mean distance of surfaces. Beside an infinite wall at right angles, the mean of one over the
@@ -129,9 +127,9 @@ pub fn cell_mask(params: &FrameParams) -> u32 {
     u32::MAX >> params.pixel_count().leading_zeros()
 }
 
-/// Radius within which a point takes samples (m).
+/// Largest radius within which a point takes samples (m).
 #[inline(always)]
-fn share_radius(sample: &IndirectSample, params: &FrameParams) -> f32 {
+pub fn share_radius(sample: &IndirectSample, params: &FrameParams) -> f32 {
     from_bfloats(sample.radius_and_proximity).0 * (params.share_radius_px / params.radius_px)
 }
 
@@ -159,7 +157,7 @@ pub fn share_index(
     #[len = 1] share_balance: &[ShareBalance],
 ) {
     let mask = cell_mask(params);
-    let has_light = dispatch.level == COUNT || share_levels.get(LARGEST) >= MIN_LARGEST;
+    let has_light = dispatch.level == COUNT || share_levels.get(LARGEST) >= MIN_EXPONENT;
     if !has_light || share_balance[0].pause > 0 {
         return;
     }
@@ -230,38 +228,36 @@ pub fn share_gather(
     let sample = point_indirect[pixel as usize];
     let own = sample.light[0];
     let largest = share_levels[LARGEST as usize];
-    if !point.exists() || own == NONE || largest < MIN_LARGEST {
+    if !point.exists() || own == NONE || largest < MIN_EXPONENT {
         share_gains.write(pixel, Vec2::ZERO);
         return;
     }
     let shading = &point_shading[pixel as usize];
-    let taker = Taker { point, shading_normal: shading.shading_normal, material: shading.material, largest };
+    let taker = Taker::new(point, shading, largest);
     let samples =
         Samples { levels: share_levels, ranges: share_ranges, points: sharing_points, light: shared_light };
-    // Halve the radius until no surface is near
-    let largest_radius = share_radius(&sample, params);
-    let mut radius = largest_radius;
-    let mut taken = Taken::default();
-    let mut searches = 0;
-    let mut candidates = 0;
-    let mut is_near = true;
-    while is_near && searches < MAX_SEARCHES {
-        taken = samples.around(&taker, radius, radius_bin(largest_radius), cell_mask(params));
-        candidates += taken.candidates;
-        is_near = taken.is_near_surfaces();
-        radius *= 0.5;
-        searches += 1;
-    }
+    let search = samples.search(&taker, share_radius(&sample, params), cell_mask(params), &mut |_, _| ());
     let mut gain = 0.0;
-    if !is_near && taken.count > 1 {
-        let material = material_of(shading, materials, features);
-        let receiver = Receiver::new(shading, material, params.specular_roughness, features);
-        let change = taken.mean(rgbe_quantum(taker.largest)) - from_rgbe(own);
-        let seen = shading.throughput * receiver.diffuse_albedo() * change;
+    if search.has_mean() {
+        let change = search.taken.mean(rgbe_quantum(largest)) - from_rgbe(own);
+        let seen = shown(shading, materials, params, features) * change;
         path_radiance.write(pixel, path_radiance.read(pixel) + seen);
         gain = mean(seen) * mean(seen);
     }
-    share_gains.write(pixel, Vec2::new(gain, POINT + CANDIDATE * candidates as f32));
+    share_gains.write(pixel, Vec2::new(gain, POINT + CANDIDATE * search.candidates as f32));
+}
+
+/// Factor from indirect light at a point, as a white diffuse surface would show it, to the light of its pixel.
+#[inline(always)]
+pub fn shown(
+    shading: &PointShading,
+    materials: &[Material],
+    params: &FrameParams,
+    features: Features,
+) -> Vec3 {
+    let material = material_of(shading, materials, features);
+    let receiver = Receiver::new(shading, material, params.specular_roughness, features);
+    shading.throughput * receiver.diffuse_albedo()
 }
 
 /// Means over the pixels of each row: the squared change by sharing, relative to the square of a pixel's value, and the cost.
@@ -322,7 +318,7 @@ pub fn share_balance(
 }
 
 /// Point that takes samples.
-struct Taker {
+pub struct Taker {
     point: PointGeometry,
     shading_normal: Vec3,
     material: u32,
@@ -331,6 +327,12 @@ struct Taker {
 }
 
 impl Taker {
+    /// A point, and the exponent of the frame's largest sample.
+    #[inline(always)]
+    pub fn new(point: PointGeometry, shading: &PointShading, largest: u32) -> Taker {
+        Taker { point, shading_normal: shading.shading_normal, material: shading.material, largest }
+    }
+
     /// Whether a point lies within the radius, close to the tangent plane, and gives samples for this depth.
     #[inline(always)]
     fn is_near(&self, giver: &SharingPoint, radius: f32) -> bool {
@@ -343,7 +345,7 @@ impl Taker {
 
     /// Number of camera vertices by which this point is deeper than one that gives; a huge number if it is less deep.
     #[inline(always)]
-    fn deeper(&self, giver: &SharingPoint) -> u32 {
+    pub fn deeper(&self, giver: &SharingPoint) -> u32 {
         self.point.depth.wrapping_sub(giver.key & 0xff)
     }
 
@@ -354,13 +356,34 @@ impl Taker {
     }
 }
 
+/// Search for samples around a point.
+pub struct Search {
+    /// Samples within the last radius.
+    pub taken: Taken,
+    /// The last radius (m).
+    pub radius: f32,
+    /// Whether surfaces are too near for each radius.
+    is_near: bool,
+    /// Number of points that were looked at.
+    candidates: u32,
+}
+
+impl Search {
+    /// Whether the point takes the mean: there are other samples than its own, and no surface is near.
+    #[inline(always)]
+    pub fn has_mean(&self) -> bool {
+        !self.is_near && self.taken.count > 1
+    }
+}
+
 /// Samples that a point has taken.
 #[derive(Clone, Copy, Default)]
-struct Taken {
+pub struct Taken {
     red: Quanta,
     green: Quanta,
     blue: Quanta,
-    count: u32,
+    /// Number of samples, the point's own included.
+    pub count: u32,
     /// Sum of min(1, radius times proximity), in 1 / `PROXIMITY_SCALE`.
     proximity: u32,
     /// Number of points that were looked at.
@@ -390,30 +413,65 @@ impl Taken {
 
     /// Mean of the samples.
     #[inline(always)]
-    fn mean(&self, quantum: f32) -> Vec3 {
+    pub fn mean(&self, quantum: f32) -> Vec3 {
         let sum = Vec3::new(self.red.to_f32(quantum), self.green.to_f32(quantum), self.blue.to_f32(quantum));
         sum / self.count as f32
     }
 }
 
 /// Samples of all points, in the order of the index.
-struct Samples<'a> {
-    levels: &'a [u32],
-    ranges: &'a [u32],
-    points: &'a [SharingPoint],
-    light: &'a [SharedLight],
+pub struct Samples<'a> {
+    /// `share_levels`.
+    pub levels: &'a [u32],
+    /// `share_ranges`.
+    pub ranges: &'a [u32],
+    /// `sharing_points`.
+    pub points: &'a [SharingPoint],
+    /// `shared_light`.
+    pub light: &'a [SharedLight],
 }
 
 impl Samples<'_> {
+    /// Searches around a point. Halves the radius until no surface is near. `take` gets each sample's entry in the index, and the radius.
+    #[inline(always)]
+    pub fn search(
+        &self,
+        taker: &Taker,
+        largest_radius: f32,
+        cell_mask: u32,
+        take: &mut impl FnMut(u32, f32),
+    ) -> Search {
+        let level = radius_bin(largest_radius);
+        let mut search =
+            Search { taken: Taken::default(), radius: largest_radius, is_near: true, candidates: 0 };
+        let mut searches = 0;
+        while search.is_near && searches < MAX_SEARCHES {
+            if searches > 0 {
+                search.radius *= 0.5;
+            }
+            search.taken = self.around(taker, search.radius, level, cell_mask, take);
+            search.candidates += search.taken.candidates;
+            search.is_near = search.taken.is_near_surfaces();
+            searches += 1;
+        }
+        search
+    }
+
     /// Samples within a radius around a point: those of its own level and, if they are few, of those next to it.
     #[inline(always)]
-    fn around(&self, taker: &Taker, radius: f32, own_level: u32, cell_mask: u32) -> Taken {
-        let half_extent = disc_half_extent(&PointGeometry { radius, ..taker.point });
-        let mut taken = self.of_level(own_level, taker, radius, half_extent, cell_mask, Taken::default());
+    fn around(
+        &self,
+        taker: &Taker,
+        radius: f32,
+        own_level: u32,
+        cell_mask: u32,
+        take: &mut impl FnMut(u32, f32),
+    ) -> Taken {
+        let mut taken = self.of_level(own_level, taker, radius, cell_mask, Taken::default(), take);
         let mut level = own_level.max(1) - 1;
         while level <= own_level + 1 && taken.count < ENOUGH {
             if level != own_level && self.levels[(level & (RADIUS_BINS - 1)) as usize] != 0 {
-                taken = self.of_level(level, taker, radius, half_extent, cell_mask, taken);
+                taken = self.of_level(level, taker, radius, cell_mask, taken, take);
             }
             level += 1;
         }
@@ -427,11 +485,12 @@ impl Samples<'_> {
         level: u32,
         taker: &Taker,
         radius: f32,
-        half_extent: Vec3,
         cell_mask: u32,
         mut taken: Taken,
+        take: &mut impl FnMut(u32, f32),
     ) -> Taken {
         let size = cell_size(level);
+        let half_extent = disc_half_extent(&PointGeometry { radius, ..taker.point });
         let position = taker.point.position;
         let (low, high) = (cell(position - half_extent, size), cell(position + half_extent, size));
         let mut runs = Runs::new(low, high, salt(level), cell_mask);
@@ -452,6 +511,7 @@ impl Samples<'_> {
                         let value = rgbe_quanta(sample, taker.largest);
                         let (_, proximity) = from_bfloats(light.sample.radius_and_proximity);
                         taken = taken.plus(value, radius * proximity);
+                        take(entry, radius);
                     }
                 }
                 entry += 1;

@@ -122,7 +122,8 @@ pub fn trace_camera_path<T: Tracer, O: PathObserver, C: Atomics>(
             path.add_emission(&segment, &arrival, traced.hit.distance, context, &mut scratch);
             // End in the radiance cache, or start a sample for it
             let distance = traced.hit.distance;
-            let ends = path.ends_in_cache(&segment, &arrival, distance, context, observer, &mut scratch);
+            let ends =
+                path.ends_in_cache(&segment, &arrival, distance, context, observer, &mut scratch, counters);
             // Process a thin wall behind the last vertex, too: the path may pass it to a light
             let can_pass = context.can_pass(&arrival.vertex, path.passed_walls);
             if !ends && (path.depth <= context.params.max_bounces || can_pass) {

@@ -22,14 +22,22 @@ pub struct Cube {
     pub edge: f32,
 }
 
+impl Cube {
+    /// Number below 2^24, which other cells seldom have.
+    #[inline(always)]
+    pub fn number(&self) -> u32 {
+        hash(&self.key) & 0xff_ffff
+    }
+}
+
 /// Whether a surface is diffuse enough for the cache.
 #[inline(always)]
 pub fn is_diffuse(material: &Material) -> bool {
     (1.0 - material.metallic) * (1.0 - material.transmission) >= MIN_DIFFUSE
 }
 
-/// Cell of a vertex on a face with this normal, at a depth of its camera path. Its edge is the power of two below [`CELL_PX`] pixels, as wide as a pixel is at
-/// the distance of the vertex from the eye.
+/// Cell of a vertex on a face with this normal, at a depth of its camera path. Its edge is the power of two below [`CELL_PX`] pixels, as
+/// wide as a pixel is at the distance of the vertex from the eye.
 #[inline(always)]
 pub fn cube_around(position: Vec3, normal: Vec3, material: u32, depth: u32, params: &FrameParams) -> Cube {
     let distance = (position - params.camera.position).length();

@@ -12,6 +12,7 @@ use caustics_kernels::interface::point::{PointGeometry, PointShading};
 use caustics_tests::moving::Moving;
 use caustics_tests::scenes::*;
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::collections::BTreeMap;
 
 const WIDTH: u32 = 96;
 const HEIGHT: u32 = 54;
@@ -227,4 +228,24 @@ fn depth_is_the_length_of_the_path_and_auxiliary_layers_change_no_bit() {
     let mut path =
         Session::builder(&scene).config(config()).method(&method::PATH).build().expect("a session");
     assert_eq!(auxiliary(&mut path, 0), found);
+}
+
+#[test]
+fn pixels_with_the_number_of_a_cell_lie_in_one_cube_on_one_surface() {
+    let found = auxiliary(&mut session(&room(), config()), 0);
+    let mut cells = BTreeMap::<u32, Vec<usize>>::new();
+    for pixel in (0..found.cell.len()).filter(|&pixel| found.cell[pixel] != NO_MATERIAL) {
+        cells.entry(found.cell[pixel] as u32).or_default().push(pixel);
+    }
+    assert!(cells.len() > 8, "{} cells", cells.len());
+    for pixels in cells.values() {
+        let positions = pixels.iter().map(|&pixel| found.position[pixel]);
+        let (low, high) = positions.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), position| {
+            (low.min(position), high.max(position))
+        });
+        let first = (found.material[pixels[0]], found.normal[pixels[0]]);
+        assert!(pixels.iter().all(|&pixel| (found.material[pixel], found.normal[pixel]) == first));
+        // Edges are powers of two; points are at most some 5 m from the eye, where 48 px are 2.4 m.
+        assert!((high - low).max_element() < 2.0 + 1.0e-4, "{low} {high}");
+    }
 }

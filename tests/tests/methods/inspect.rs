@@ -1,13 +1,13 @@
 //! Inspection of pixels: it finds the values of the frame again, to the bit, and its paths are consistent.
 
-use caustics::inspect::{CameraPath, Event, Inspection, LightPath, Vertex};
+use caustics::inspect::{CameraPath, Event, Inspection, LightPath, SharedLight, Vertex};
 use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::scene::texture::Role;
 use caustics::session::{Session, SessionError};
 use caustics::{history, method};
 use caustics_kernels::emission::{AIMED, Emission, GUIDED, POWER};
-use caustics_kernels::interface::choice::{Caustics, PixelFilter, ThinWalls};
+use caustics_kernels::interface::choice::{Caustics, IndirectShare, PixelFilter, ThinWalls};
 use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::point::PointGeometry;
 use caustics_kernels::interface::texture::MaterialTextures;
@@ -398,4 +398,52 @@ fn inspection_of_a_dark_scene_reports_the_camera_path_alone() {
     let found = session.inspect(&scene, WIDTH / 2, HEIGHT / 2, 4).expect("a pixel");
     let photons = found.photons.expect("photons");
     assert_eq!((photons.count, photons.light_paths, photons.skipped), (0, 0, 0));
+}
+
+#[test]
+fn inspection_finds_the_points_that_share_their_indirect_light() {
+    let scene = committed("mirror-room");
+    let config = RenderConfig { width: 80, height: 45, ..config(&GUIDED, Caustics::First) };
+    let mut sessions = [IndirectShare::None, IndirectShare::Points].map(|share| {
+        let config = RenderConfig { indirect_share: Some(share), ..config.clone() };
+        open(&scene, config, &method::PROGRESSIVE)
+    });
+    let [none, points] = sessions.each_mut().map(|session| {
+        session.frame(0).expect("a frame runs");
+        session.image().expect("an image").path
+    });
+    let geometry: Vec<PointGeometry> = sessions[1].read("point_geometry").expect("points");
+    let (mut shared, mut takes_itself, mut deeper) = (0, 0, 0);
+    for pixel in (0..80 * 45).step_by(37) {
+        let (x, y) = (pixel % 80, pixel / 80);
+        assert_eq!(sessions[0].inspect(&scene, x, y, 0).expect("a pixel").shared_light, None);
+        let change = points[pixel as usize] - none[pixel as usize];
+        let found = sessions[1].inspect(&scene, x, y, 0).expect("a pixel").shared_light;
+        let Some(SharedLight { radius, own, mean, change: told, points: givers }) = found else {
+            assert_eq!(change, Vec3::ZERO, "pixel {pixel}");
+            continue;
+        };
+        shared += 1;
+        let light = |light: [f32; 3]| Vec3::from_array(light);
+        let scale = none[pixel as usize].max_element().max(points[pixel as usize].max_element());
+        assert!((change - light(told)).abs().max_element() <= 1.0e-6 * scale, "{change} {told:?}");
+        let average = givers.iter().map(|giver| light(giver.light)).sum::<Vec3>() / givers.len() as f32;
+        assert!((average - light(mean)).abs().max_element() <= 1.0e-4 * average.max_element());
+        if let Some(itself) = givers.iter().find(|giver| giver.pixel == [x, y]) {
+            assert_eq!(itself.light, own);
+            takes_itself += 1;
+        }
+        for giver in &givers {
+            let point = geometry[(giver.pixel[1] * 80 + giver.pixel[0]) as usize];
+            let away = point.position - geometry[pixel as usize].position;
+            assert!(away.length() <= radius && giver.depth == point.depth);
+            deeper += u32::from(giver.depth < geometry[pixel as usize].depth);
+        }
+    }
+    // Points of crowded cells may be left out.
+    assert!(
+        shared > 40 && takes_itself > shared / 2,
+        "{shared} points share, {takes_itself} with themselves"
+    );
+    assert!(deeper > 0, "no sample of a less deep point");
 }

@@ -15,7 +15,9 @@ fn tiny<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
 fn layers(image: &Channels) -> Vec<&str> {
     let names = image.channels.keys().map(String::as_str);
     names
-        .filter(|name| ["nor", "alb", "dep", "pos", "mot", "mat"].contains(&&name[..3.min(name.len())]))
+        .filter(|name| {
+            ["nor", "alb", "dep", "pos", "mot", "mat", "cel"].contains(&&name[..3.min(name.len())])
+        })
         .collect()
 }
 

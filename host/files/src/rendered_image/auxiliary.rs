@@ -19,6 +19,8 @@ pub enum Aov {
     Motion,
     /// Index of the material
     Material,
+    /// Number of the radiance cache's cell
+    Cell,
 }
 
 impl Aov {
@@ -31,11 +33,12 @@ impl Aov {
             Aov::Position => "position",
             Aov::Motion => "motion",
             Aov::Material => "material",
+            Aov::Cell => "cell",
         }
     }
 }
 
-/// Value of `material` where a pixel has no collection point.
+/// Value of `material` and of `cell` where a pixel has no collection point.
 pub const NO_MATERIAL: f32 = -1.0;
 
 /// Auxiliary layers of an image's collection points, which are the first non-specular vertices of the camera paths. Mirrors
@@ -55,6 +58,8 @@ pub struct Auxiliary {
     pub motion: Vec<Vec2>,
     /// Index of the material in the scene; [`NO_MATERIAL`] where there is none.
     pub material: Vec<f32>,
+    /// Number of the radiance cache's cell around the position; [`NO_MATERIAL`] where there is none.
+    pub cell: Vec<f32>,
 }
 
 impl Auxiliary {
@@ -62,7 +67,7 @@ impl Auxiliary {
     pub fn new(pixels: &[Pixel], origin: DVec3) -> Auxiliary {
         let file_position = |pixel: &Pixel| (pixel.position.as_dvec3() + origin).as_vec3();
         let is_there = |pixel: &Pixel| pixel.depth > 0.0;
-        let material = |pixel: &Pixel| if is_there(pixel) { pixel.material as f32 } else { NO_MATERIAL };
+        let number = |pixel: &Pixel, number: u32| if is_there(pixel) { number as f32 } else { NO_MATERIAL };
         Auxiliary {
             normal: pixels.iter().map(|pixel| pixel.normal).collect(),
             albedo: pixels.iter().map(|pixel| pixel.albedo).collect(),
@@ -72,24 +77,26 @@ impl Auxiliary {
                 .map(|pixel| if is_there(pixel) { file_position(pixel) } else { Vec3::ZERO })
                 .collect(),
             motion: pixels.iter().map(|pixel| pixel.motion).collect(),
-            material: pixels.iter().map(material).collect(),
+            material: pixels.iter().map(|pixel| number(pixel, pixel.material)).collect(),
+            cell: pixels.iter().map(|pixel| number(pixel, pixel.cell)).collect(),
         }
     }
 
     /// Appends the layers of the rows below.
     pub fn append(&mut self, below: Auxiliary) {
-        let Auxiliary { normal, albedo, depth, position, motion, material } = below;
+        let Auxiliary { normal, albedo, depth, position, motion, material, cell } = below;
         self.normal.extend(normal);
         self.albedo.extend(albedo);
         self.depth.extend(depth);
         self.position.extend(position);
         self.motion.extend(motion);
         self.material.extend(material);
+        self.cell.extend(cell);
     }
 
     /// Drops all layers but these.
     pub fn keep(&mut self, layers: &[Aov]) {
-        let Auxiliary { normal, albedo, depth, position, motion, material } = std::mem::take(self);
+        let Auxiliary { normal, albedo, depth, position, motion, material, cell } = std::mem::take(self);
         let kept = |layer: Aov| layers.contains(&layer);
         let or_none = |layer, values: Vec<Vec3>| if kept(layer) { values } else { Vec::new() };
         let number_or_none = |layer, values: Vec<f32>| if kept(layer) { values } else { Vec::new() };
@@ -100,6 +107,7 @@ impl Auxiliary {
             position: or_none(Aov::Position, position),
             motion: if kept(Aov::Motion) { motion } else { Vec::new() },
             material: number_or_none(Aov::Material, material),
+            cell: number_or_none(Aov::Cell, cell),
         };
     }
 
@@ -111,13 +119,14 @@ impl Auxiliary {
     /// Returns the channels of all layers by their names in a file.
     pub fn channels(&self) -> Vec<(String, Vec<f32>)> {
         const XYZ: &[&str] = &["X", "Y", "Z"];
-        let layers: [(Aov, &[&str], &[f32]); 6] = [
+        let layers: [(Aov, &[&str], &[f32]); 7] = [
             (Aov::Normal, XYZ, bytemuck::cast_slice(&self.normal)),
             (Aov::Albedo, &["R", "G", "B"], bytemuck::cast_slice(&self.albedo)),
             (Aov::Depth, &["Z"], &self.depth),
             (Aov::Position, XYZ, bytemuck::cast_slice(&self.position)),
             (Aov::Motion, &["X", "Y"], bytemuck::cast_slice(&self.motion)),
             (Aov::Material, &["V"], &self.material),
+            (Aov::Cell, &["V"], &self.cell),
         ];
         let of_layer = |(layer, channels, values): (Aov, &'static [&str], &[f32])| {
             let values = values.to_vec();
@@ -143,12 +152,13 @@ mod tests {
             position: Vec3::new(1.0, 2.0, 3.0),
             depth: 4.0,
             material: 5,
+            cell: 8,
             motion: Vec2::new(6.0, 7.0),
             ..Pixel::default()
         };
         let mut auxiliary = Auxiliary::new(&[there, Pixel::default()], DVec3::new(0.0, 100.0, 0.0));
-        assert_eq!(auxiliary.channels().len(), 13);
-        auxiliary.keep(&[Aov::Material, Aov::Position, Aov::Motion]);
+        assert_eq!(auxiliary.channels().len(), 14);
+        auxiliary.keep(&[Aov::Material, Aov::Position, Aov::Motion, Aov::Cell]);
         let channels = auxiliary.channels();
         let expected = [
             ("position.X", [1.0, 0.0]),
@@ -157,6 +167,7 @@ mod tests {
             ("motion.X", [6.0, 0.0]),
             ("motion.Y", [7.0, 0.0]),
             ("material.V", [5.0, NO_MATERIAL]),
+            ("cell.V", [8.0, NO_MATERIAL]),
         ];
         assert!(
             channels

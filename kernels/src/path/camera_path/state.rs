@@ -181,7 +181,7 @@ impl CameraPath {
     /// Ends the path at the first diffuse surface behind the collection point, if the radiance cache knows it, and adds the light of its
     /// cell. Some paths go on all the same, and give the cell a sample.
     #[inline(always)]
-    pub fn ends_in_cache<O: PathObserver>(
+    pub fn ends_in_cache<O: PathObserver, C: Atomics>(
         &mut self,
         segment: &Segment,
         arrival: &Arrival,
@@ -189,6 +189,7 @@ impl CameraPath {
         context: PathContext<'_>,
         observer: &O,
         scratch: &mut PathScratch<'_>,
+        counters: &mut C,
     ) -> bool {
         let PathContext { params, features, .. } = context;
         let mut ends = false;
@@ -207,9 +208,10 @@ impl CameraPath {
             let is_far = segment.passed + distance > MIN_EDGES * edge;
             if is_far
                 && cell.is_known()
-                && self.rng.ray_key(FILLING) > goes_on(cell.count, params.cache_share)
+                && self.rng.ray_key(FILLING) > filling_share(cell.count, params.cache_share)
             {
                 ends = true;
+                counters.add(Counter::CacheEnds as u32, 1);
                 self.add_cached(color / cell.count, &cell.light, scratch);
             } else if is_far {
                 scratch.start_cache_sample(&key, inverse_if_all_channels(color));
@@ -513,7 +515,7 @@ impl CameraPath {
 
 /// Share of the paths that go on behind a cell with so many samples, of the range of a random word. At most a share `ends` may end.
 #[inline(always)]
-fn goes_on(samples: f32, ends: f32) -> u32 {
+fn filling_share(samples: f32, ends: f32) -> u32 {
     let share = clamp(SAMPLES_FILLING / samples, MIN_FILLING, 0.5).max(1.0 - ends);
     (share * 4_294_967_040.0) as u32
 }

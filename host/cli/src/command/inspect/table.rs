@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use caustics::inspect::{CameraPath, Inspection, LightPath, Photons, Point, Vertex};
+use caustics::inspect::{CameraPath, Inspection, LightPath, Photons, Point, SharedLight, Vertex};
 use caustics::text::cut;
 
 /// Maximum length of a name (characters).
@@ -10,7 +10,8 @@ const NAME: usize = 24;
 
 /// Table of the whole inspection, one line per vertex.
 pub fn table(inspection: &Inspection) -> String {
-    let Inspection { pixel: [x, y], frame, camera_path, point, photons, light_paths } = inspection;
+    let Inspection { pixel: [x, y], frame, camera_path, point, photons, light_paths, shared_light } =
+        inspection;
     let CameraPath { eye, vertices, leaves, .. } = camera_path;
     let mut text = format!("pixel {x},{y} of frame {frame}\n\ncamera path from {}\n", position(eye));
     rows(&mut text, vertices, "throughput");
@@ -26,6 +27,18 @@ pub fn table(inspection: &Inspection) -> String {
                 triple(throughput)
             ),
         ),
+    }
+    if let Some(SharedLight { radius, own, mean, change, points }) = shared_light {
+        line(
+            &mut text,
+            format_args!(
+                "shared indirect light: {} points within {radius:.3e} m have {} W/(m^2 sr) on average, this one {}; the pixel changes by {}",
+                points.len(),
+                triple(mean),
+                triple(own),
+                triple(change)
+            ),
+        );
     }
     if let Some(photons) = photons {
         add_photons(&mut text, photons);

@@ -4,7 +4,7 @@
 
 Each renderer works on a scene for the budgets (processor seconds over threads, without start and compilation), once a seed.
 Its pictures are compared with one reference, many frames of our `progressive`, by `caustics compare`: over the whole picture and
-over the caustic region. README.md says what is compared, and what the figures cannot say.
+over the caustic region, and after Open Image Denoise. README.md says what is compared, and what the figures cannot say.
 """
 
 import argparse
@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenEXR
+import pyoidn
 
 import gltf
 import renderers
@@ -47,6 +48,10 @@ METRICS = {
 }
 
 
+# Metrics of pictures that Open Image Denoise has denoised, by their color alone.
+DENOISED = ["relmse_trimmed", "flip_ldr", "energy_ratio"]
+
+
 def main():
     options = parse()
     rows, bias = [], []
@@ -61,7 +66,7 @@ def main():
 def parse():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     scenes = ["mirror-room", "glossy-room", "ring", "cornell-box"]
-    parser.add_argument("--scenes", nargs="+", default=scenes, help="folders below scenes/")
+    parser.add_argument("--scenes", nargs="+", default=scenes, help="folders below scenes/, or paths")
     parser.add_argument("--renderers", nargs="+", default=[*OURS, *renderers.PEERS], choices=[*OURS, *renderers.PEERS])
     parser.add_argument("--size", type=int, nargs=2, default=[320, 180], metavar=("WIDTH", "HEIGHT"))
     parser.add_argument("--budgets", type=float, nargs="+", default=[1, 5, 10], metavar="SECONDS")
@@ -77,7 +82,7 @@ def parse():
 
 
 def of_scene(name, options):
-    folder = options.output / "images" / name
+    folder = options.output / "images" / Path(name).name
     folder.mkdir(parents=True, exist_ok=True)
     reference = folder / "reference.exr"
     if not reference.exists():
@@ -87,17 +92,17 @@ def of_scene(name, options):
         runs = [images(renderer, name, seed, folder, options) for seed in range(options.seeds)]
         for index, budget in enumerate(options.budgets):
             of_budget = [run[index] for run in runs]
-            errors = [compare([run["file"]], reference, options) for run in of_budget]
-            row = {"scene": name, "renderer": renderer, "version": of_budget[0]["version"], "budget_s": budget}
+            errors = [errors_of(run["file"], reference, options) for run in of_budget]
+            row = {"scene": Path(name).name, "renderer": renderer, "version": of_budget[0]["version"], "budget_s": budget}
             row["seconds"] = statistics.mean(run["seconds"] for run in of_budget)
             row["samples"] = statistics.mean(run["samples"] for run in of_budget)
-            for metric in METRICS:
+            for metric in errors[0]:
                 values = [error[metric] for error in errors if error[metric] is not None]
                 row[metric] = statistics.mean(values) if values else None
                 spread = statistics.stdev(values) / len(values) ** 0.5 if len(values) > 1 else None
                 row[f"{metric}_standard_error"] = spread
             rows.append(row)
-            print(name, renderer, budget, {metric: short(row[metric]) for metric in METRICS}, flush=True)
+            print(name, renderer, budget, {metric: short(row[metric]) for metric in errors[0]}, flush=True)
         bias.append({"scene": name, "renderer": renderer, **far(runs, reference, options)})
         print(bias[-1], flush=True)
     return rows, bias
@@ -172,6 +177,25 @@ def render_ours(name, options, frames, seed, file, more):
 def compare(files, reference, options, layer=()):
     command = [options.caustics, "compare", *map(str, files), str(reference), "--json", "--exposure", "0", *layer]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)["metrics"]
+
+
+def errors_of(file, reference, options):
+    """Metrics of an image, and of the same image denoised."""
+    metrics = compare([file], reference, options)
+    errors = {metric: metrics[metric] for metric in METRICS}
+    denoised = compare([denoise(file)], reference, options)
+    return errors | {f"{metric}_denoised": denoised[metric] for metric in DENOISED}
+
+
+def denoise(file):
+    """Writes the image as Open Image Denoise shows it, without normals and albedo, which not all renderers write."""
+    channels = OpenEXR.File(str(file), separate_channels=True).channels()
+    color = np.ascontiguousarray(np.stack([channels[name].pixels for name in "RGB"], -1), np.float32)
+    shown = pyoidn.denoise(color, hdr=True)
+    to = str(Path(file).with_suffix(".denoised.exr"))
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    OpenEXR.File(header, {"RGB": np.ascontiguousarray(shown, np.float32)}).write(to)
+    return to
 
 
 def far(runs, reference, options):

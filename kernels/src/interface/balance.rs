@@ -19,8 +19,8 @@ pub struct Balance {
     pub light_paths: u32,
 }
 
-/// Sums over the frames that share indirect light, old frames weighted less: what sharing gains, and what it costs. Variances are means
-/// over pixels, relative to the square of a pixel's value.
+/// Sums over the frames that share indirect light, old frames weighted less: gain and cost of sharing. Variances are means over
+/// pixels, relative to the square of a pixel's value.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct ShareBalance {
@@ -37,7 +37,7 @@ pub struct ShareBalance {
 }
 
 impl ShareBalance {
-    /// What sharing gains over what it costs. Above 1, variance times cost is smaller with it: (V - G) (C + c) < V C.
+    /// Gain of sharing over its cost. Above 1, variance times cost is smaller with sharing: (V - G) (C + c) < V C.
     pub fn worth(&self) -> f32 {
         let (gain, cost) = (self.gain / self.variance, self.cost / self.other_cost);
         gain * (1.0 + cost) / cost

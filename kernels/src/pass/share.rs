@@ -467,11 +467,13 @@ impl Samples<'_> {
         cell_mask: u32,
         take: &mut impl FnMut(u32, f32),
     ) -> Taken {
-        let mut taken = self.of_level(own_level, taker, radius, cell_mask, Taken::default(), take);
+        let half_extent = disc_half_extent(&PointGeometry { radius, ..taker.point });
+        let taken = Taken::default();
+        let mut taken = self.of_level(own_level, taker, radius, half_extent, cell_mask, taken, take);
         let mut level = own_level.max(1) - 1;
         while level <= own_level + 1 && taken.count < ENOUGH {
             if level != own_level && self.levels[(level & (RADIUS_BINS - 1)) as usize] != 0 {
-                taken = self.of_level(level, taker, radius, cell_mask, taken, take);
+                taken = self.of_level(level, taker, radius, half_extent, cell_mask, taken, take);
             }
             level += 1;
         }
@@ -485,12 +487,12 @@ impl Samples<'_> {
         level: u32,
         taker: &Taker,
         radius: f32,
+        half_extent: Vec3,
         cell_mask: u32,
         mut taken: Taken,
         take: &mut impl FnMut(u32, f32),
     ) -> Taken {
         let size = cell_size(level);
-        let half_extent = disc_half_extent(&PointGeometry { radius, ..taker.point });
         let position = taker.point.position;
         let (low, high) = (cell(position - half_extent, size), cell(position + half_extent, size));
         let mut runs = Runs::new(low, high, salt(level), cell_mask);

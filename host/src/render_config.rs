@@ -318,10 +318,11 @@ impl RenderConfig {
         self.method.chooses_gather && *self.history == history::NONE
     }
 
-    /// Whether `indirect_share` applies: to collection points whose path-traced light nothing else smooths or reuses.
+    /// Whether `indirect_share` applies: to collection points whose path-traced light nothing else smooths, bounds or reuses.
     pub fn can_share_indirect(&self) -> bool {
         let keeps_path = self.path_history == PathHistory::Validated && !self.method.converges;
-        self.method.chooses_gather && *self.denoiser == denoiser::NONE && !keeps_path
+        let bounds = self.fireflies == Fireflies::Bounded && !self.method.converges;
+        self.method.chooses_gather && *self.denoiser == denoiser::NONE && !keeps_path && !bounds
     }
 
     /// Whether `indirect_end` applies: to paths that no history traces again.

@@ -275,8 +275,11 @@ pub static INDIRECT_SHARE: Parameter = Parameter {
     shown: VisualEncoding::Words("share-", |value| format!("shared {value}")),
     not_applicable: |run| {
         let discs = run.config.method.chooses_gather;
-        (!discs).then_some("makes no discs around which points share").or((!run.config.can_share_indirect())
-            .then_some("smooths or reuses path-traced light (--denoiser, --path-history)"))
+        (!discs)
+            .then_some("makes no discs around which points share")
+            .or((!run.config.can_share_indirect()).then_some(
+                "smooths, bounds or reuses path-traced light (--denoiser, --fireflies, --path-history)",
+            ))
     },
     get: |run| run.config.indirect_share.map_or("", |share| share.name()).into(),
     set: |run, name| {

@@ -38,9 +38,21 @@ pub struct ShareBalance {
 
 impl ShareBalance {
     /// Gain of sharing over its cost. Above 1, variance times cost is smaller with sharing: (V - G) (C + c) < V C.
+    /// 0 where no point shares.
     pub fn worth(&self) -> f32 {
         let (gain, cost) = (self.gain / self.variance, self.cost / self.other_cost);
-        gain * (1.0 + cost) / cost
+        if cost > 0.0 { gain * (1.0 + cost) / cost } else { 0.0 }
+    }
+
+    /// Sums that count less, by a factor.
+    pub fn faded(&self, factor: f32) -> ShareBalance {
+        ShareBalance {
+            gain: self.gain * factor,
+            variance: self.variance * factor,
+            cost: self.cost * factor,
+            other_cost: self.other_cost * factor,
+            pause: self.pause,
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Collection points and photons, as structures of arrays.
 
+use super::NONE;
 use bytemuck::{Pod, Zeroable};
 use spirv_std::glam::Vec3;
 
@@ -67,7 +68,7 @@ pub struct PointDirect {
 /// incident radiance times the cosine, over pi and the density of the sampled direction. The words are those of
 /// [`packed::to_rgbe`](super::packed::to_rgbe).
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct IndirectSample {
     /// Light for points that are 0 to 2 camera vertices deeper than this one. Light of many scatterings is left out where the whole
     /// path would exceed `max_bounces`. `NONE`: the point gives nothing.
@@ -75,6 +76,12 @@ pub struct IndirectSample {
     /// Two numbers by [`packed::to_bfloats`](super::packed::to_bfloats). First, the radius of the point (m) without the width that rough
     /// lobes add. Then one over the distance to the surface that the path met next (1/m), or 0 if it met none.
     pub radius_and_proximity: u32,
+}
+
+impl Default for IndirectSample {
+    fn default() -> IndirectSample {
+        IndirectSample { light: [NONE; SHARED_DEPTHS], radius_and_proximity: 0 }
+    }
 }
 
 /// Number of depths of points that an [`IndirectSample`] serves: its own, and those below.

@@ -1,13 +1,13 @@
 //! `cache.*`: a radiance cache, in which camera paths end.
 //!
 //! A cell is a cube of space, with one side of the surfaces of one material in it, and a depth of camera paths. It holds the mean of the
-//! light that camera paths found behind their vertices in it, divided by the color of the surface. A camera path looks up the first
+//! light that surfaces in it send to camera paths, divided by their albedo. A camera path looks up the first
 //! diffuse surface behind its collection point. If the cell has some samples, most paths end there and take the light of the cell. All
 //! others go on, and give the cell a sample. So samples come from whole paths: no cell takes light of another.
 //!
 //! A frame reads the cells as the frame before left them. Its own samples are added behind the camera paths, as integers. If samples
-//! with several keys come to one free cell, the pixel of the lowest index decides whose it becomes. The others may take their second
-//! slot in the next frame. Keys are compared in full.
+//! of several keys hash to one free cell, the lowest pixel index claims it. Other keys try their second slot in the next frame. Keys are
+//! compared in full.
 //!
 //! Paths neither end nor give samples where the surface is close to the last vertex, since the blur of a cell would be seen there.
 //!
@@ -101,10 +101,14 @@ pub fn cache_add(
     }
     let largest = cache_sums.get(largest_word(params));
     let key = key_of(cell, cache_sums.get(first + CLAIMED), cache_samples);
-    if key != sample.key || largest < MIN_EXPONENT {
+    if key != sample.key {
         return;
     }
     cache_sums.add(first + COUNT, 1);
+    // Samples of frames without light count, too.
+    if largest < MIN_EXPONENT {
+        return;
+    }
     let mut depth = 0;
     while depth < SHARED_DEPTHS {
         let UVec3 { x, y, z } = rgbe_quanta(sample.light[depth], largest);
@@ -139,7 +143,7 @@ pub fn cache_merge(
     let mut cell = cache_cells.read(slot);
     cell.key = key_of(&cell, cache_sums.get(first + CLAIMED), cache_samples);
     cell.count += count as f32;
-    let quantum = rgbe_quantum(cache_sums.get(largest_word(params)));
+    let quantum = rgbe_quantum(cache_sums.get(largest_word(params)).max(MIN_EXPONENT));
     let sum = |word| {
         let sum = Quanta { low: cache_sums.get(first + word), high: cache_sums.get(first + word + 1) };
         sum.to_f32(quantum)

@@ -109,6 +109,8 @@ const ENOUGH: u32 = 4;
 const MAX_PROXIMITY: f32 = 0.25;
 /// Unit of sums of proximities.
 const PROXIMITY_SCALE: f32 = 1024.0;
+/// Largest number of cells that a disc meets, with those that rounding adds. A larger box gives no samples.
+const MAX_CELLS: f32 = 512.0;
 /// Number of radii, each half of the one before, of which a point takes the first that is far enough from surfaces.
 const MAX_SEARCHES: u32 = 4;
 
@@ -116,7 +118,7 @@ const MAX_SEARCHES: u32 = 4;
 const POINT: f32 = 0.8;
 /// Cost of a point that is looked at (rays of camera paths).
 const CANDIDATE: f32 = 0.01;
-/// Number of frames without sharing behind one in which it nearly paid; where things move, the maximum of this number.
+/// Minimum number of frames without sharing behind one in which it did not pay. While something moves, also the maximum.
 const PAUSE: f32 = 8.0;
 /// Maximum number of frames without sharing in a still view.
 const MAX_PAUSE: f32 = 63.0;
@@ -291,8 +293,11 @@ pub fn share_balance(
 ) {
     let before = share_balance.read(0);
     if before.pause > 0 {
-        let pause = if params.moved == 0 { before.pause } else { before.pause.min(PAUSE as u32) };
-        share_balance.write(0, ShareBalance { pause: pause - 1, ..before });
+        let mut next = ShareBalance { pause: before.pause - 1, ..before };
+        if params.moved != 0 {
+            next = ShareBalance { pause: next.pause.min(PAUSE as u32), ..before.faded(FADE) };
+        }
+        share_balance.write(0, next);
         return;
     }
     let Vec2 { x: gain, y: cost } = mean_of_rows(share_rows, params);
@@ -303,16 +308,17 @@ pub fn share_balance(
     }
     let keep = if params.moved != 0 { FADE } else { KEEP };
     let (camera_cost, light_cost) = costs(counters, params);
+    let faded = before.faded(keep);
     let mut now = ShareBalance {
-        gain: before.gain * keep + gain,
-        variance: before.variance * keep + variance,
-        cost: before.cost * keep + cost * params.pixel_count() as f32,
-        other_cost: before.other_cost * keep + camera_cost + light_cost,
+        gain: faded.gain + gain,
+        variance: faded.variance + variance,
+        cost: faded.cost + cost * params.pixel_count() as f32,
+        other_cost: faded.other_cost + camera_cost + light_cost,
         pause: 0,
     };
     let worth = now.worth();
     if worth < 1.0 {
-        now.pause = (PAUSE / worth).min(MAX_PAUSE) as u32;
+        now.pause = (PAUSE / worth.max(PAUSE / MAX_PAUSE)) as u32;
     }
     share_balance.write(0, now);
 }
@@ -496,7 +502,8 @@ impl Samples<'_> {
         let position = taker.point.position;
         let (low, high) = (cell(position - half_extent, size), cell(position + half_extent, size));
         let mut runs = Runs::new(low, high, salt(level), cell_mask);
-        while runs.is_left() {
+        // Rounding makes large boxes far from the origin.
+        while runs.cell_count() <= MAX_CELLS && runs.is_left() {
             let run = runs.next(self.ranges);
             taken.candidates += run.end - run.start;
             let mut entry = run.start;

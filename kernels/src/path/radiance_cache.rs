@@ -36,6 +36,15 @@ pub fn is_diffuse(material: &Material) -> bool {
     (1.0 - material.metallic) * (1.0 - material.transmission) >= MIN_DIFFUSE
 }
 
+/// Albedo of a surface in the cache, about: a diffuse base below a coat with the mean of Schlick's reflectance over all directions.
+#[inline(always)]
+pub fn albedo(material: &Material) -> Vec3 {
+    let root = (material.ior - 1.0) / (material.ior + 1.0);
+    let f0 = (root * root * material.specular).min(1.0);
+    let coat = if material.specular > 0.0 { f0 + (1.0 - f0) * (1.0 / 21.0) } else { 0.0 };
+    material.base_color * (1.0 - coat) + Vec3::splat(coat)
+}
+
 /// Cell of a vertex on a face with this normal, at a depth of its camera path. Its edge is the power of two below [`CELL_PX`] pixels, as
 /// wide as a pixel is at the distance of the vertex from the eye.
 #[inline(always)]
@@ -126,6 +135,14 @@ mod tests {
         assert_ne!(second, first);
         cells[first as usize].count = 0.0;
         assert_eq!(find(&key, &cells, 63), first, "the slot of a free cell");
+    }
+
+    #[test]
+    fn coats_reflect_a_twelfth_of_the_light_and_lambert_surfaces_have_none() {
+        let material = Material { base_color: Vec3::new(0.0, 0.5, 1.0), ior: 1.5, ..Material::default() };
+        assert_eq!(albedo(&Material { specular: 0.0, ..material }), material.base_color);
+        let coated = albedo(&Material { specular: 1.0, ..material });
+        assert!((coated - Vec3::new(0.0857, 0.5429, 1.0)).abs().max_element() < 1.0e-4, "{coated}");
     }
 
     #[test]

@@ -12,6 +12,7 @@ use caustics_kernels::interface::point::{IndirectSample, PointGeometry, PointSha
 use caustics_kernels::method::PROGRESSIVE;
 use caustics_kernels::method::progressive::share_shrinkage;
 use caustics_kernels::pass::share::SHARE_RADIUS_PX;
+use caustics_kernels::path::camera_path::CameraPathLight;
 use caustics_tests::scenes::{Builder, committed, emitter, lambert, metal};
 use caustics_tests::statistics::Mean;
 use glam::{DVec3, Vec3};
@@ -343,4 +344,10 @@ fn sharing_is_worth_its_time_if_it_lowers_variance_times_cost() {
     // (8 - gain) (3 + 1) = 8 * 3 at a gain of 2.
     assert_eq!(balance(2.0).worth(), 1.0);
     assert!(balance(1.9).worth() < 1.0 && balance(2.1).worth() > 1.0);
+}
+
+/// A path without a finite light leaves no sample.
+#[test]
+fn the_default_light_of_a_camera_path_gives_no_sample() {
+    assert_eq!(CameraPathLight::default().indirect.light, [NONE; 3]);
 }

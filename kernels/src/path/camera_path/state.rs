@@ -17,7 +17,7 @@ use crate::path::observer::PathObserver;
 use crate::path::prefix::{
     advance_prefix, collection_point, demodulation, inverse_if_all_channels, radius_without_rough_lobes,
 };
-use crate::path::radiance_cache::{Cube, cube_around, is_diffuse};
+use crate::path::radiance_cache::{Cube, albedo, cube_around, is_diffuse};
 use crate::path::scratch::light_samples::{self, LightSamples};
 use crate::path::scratch::{PathScratch, Sum};
 use crate::path::{PathContext, count_rare};
@@ -201,7 +201,7 @@ impl CameraPath {
             && is_diffuse(&arrival.material)
         {
             self.met_cache = true;
-            let color = arrival.throughput * arrival.material.base_color;
+            let color = arrival.throughput * albedo(&arrival.material);
             let Vertex { position, face_normal, material, .. } = arrival.vertex;
             let Cube { key, edge } = cube_around(position, face_normal, material, self.depth, params);
             let cell = observer.cached(&key);

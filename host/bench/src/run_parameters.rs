@@ -119,6 +119,7 @@ mod tests {
     use super::*;
     use caustics::render_config::Radius;
     use caustics_kernels::gather::variant;
+    use caustics_kernels::interface::choice::{Fireflies, IndirectShare};
     use caustics_kernels::method::basic::BASIC;
     use caustics_kernels::method::path::PATH;
     use caustics_kernels::method::progressive::PROGRESSIVE;
@@ -157,6 +158,14 @@ mod tests {
         }
         let denoised = RunConfig::new(&PROGRESSIVE).with(|config| config.denoiser = denoiser::ALL[1]);
         assert_eq!(INDIRECT_SHARE.get(&denoised.effective()), "none");
+        // Sharing would add light that was bounded.
+        for (fireflies, shared) in [(Fireflies::Kept, "points"), (Fireflies::Bounded, "none")] {
+            let run = RunConfig::new(&BASIC).with(|config| {
+                config.fireflies = fireflies;
+                config.indirect_share = Some(IndirectShare::Points);
+            });
+            assert_eq!(INDIRECT_SHARE.get(&run.effective()), shared);
+        }
     }
 
     /// A field of the viewer that vanished by its own value could not be set back.

@@ -1,4 +1,4 @@
-//! Indirect light that a collection point took from others, found by the search of the frame itself.
+//! Shared indirect light of a collection point. The CPU repeats the frame's search, and lists the samples that it averaged.
 
 use std::collections::HashMap;
 

@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 pub struct Balance {
     /// Sum over frames of the variance of light of camera paths.
     pub path_variance: f32,
-    /// Sum of the variance of light of light paths, each times their number.
+    /// Sum of the variance of caustics, each times the number of light paths.
     pub caustic_variance: f32,
     /// Sum of the cost of camera paths (rays of camera paths).
     pub camera_cost: f32,

@@ -1,9 +1,9 @@
 //! `cache.*`: a radiance cache, in which camera paths end.
 //!
 //! A cell is a cube of space, with one side of the surfaces of one material in it, and a depth of camera paths. It holds the mean of the
-//! light that surfaces in it send to camera paths, divided by their albedo. A camera path looks up the first
-//! diffuse surface behind its collection point. If the cell has some samples, most paths end there and take the light of the cell. All
-//! others go on, and give the cell a sample. So samples come from whole paths: no cell takes light of another.
+//! light that surfaces in it reflect to camera paths, divided by their albedo. A camera path looks up the first diffuse surface behind its
+//! collection point. If the cell has four samples, half of the paths end there and take the light of the cell; with 128 samples, 31 of 32
+//! do. All others go on, and give the cell a sample. So samples come from whole paths: no cell takes light of another.
 //!
 //! A frame reads the cells as the frame before left them. Its own samples are added behind the camera paths, as integers. If samples
 //! of several keys hash to one free cell, the lowest pixel index claims it. Other keys try their second slot in the next frame. Keys are
@@ -11,17 +11,17 @@
 //!
 //! Paths neither end nor give samples where the surface is close to the last vertex, since the blur of a cell would be seen there.
 //!
-//! Bounces stay exact: a cell belongs to one depth, so all its paths have room for as many further scatterings. As an
-//! `IndirectSample`, it keeps light of fewer scatterings apart, for points at other depths that share it.
+//! Bounces stay exact: a cell serves one depth of paths, so that all have as many bounces left (depths from 31 on are one). Like an
+//! `IndirectSample`, it stores light by bounces left, for points at other depths that share it.
 //!
 //! Consistent in `progressive`: the share of paths that end falls as 1 / N, see `cache_share` there.
 //!
-//! Cost: a look-up a path, and passes over the samples and the cells, which take 2 % of a frame. In rooms, `collect` takes a fifth less
+//! Cost: a look-up a path, and passes over the samples and the cells, which take 2 to 4 % of a frame. In rooms, `collect` takes a fifth less
 //! time. 60 to 90 bytes a pixel, of which a state keeps 13 to 26.
-//! Limitations: light is blurred within a cell, and over the directions in which it leaves a surface. So only surfaces that
-//! scatter three quarters of their light diffusely have cells. Cells are 24 to 48 pixels wide: in images below some hundred
-//! pixels a side no surface is far enough from another. The cache is emptied when anything moves, the camera included. A tile of an image
-//! has a cache of its own. The noise of a cell is common to all batches of frames, so that `variance` lacks it.
+//! Limitations: light is blurred within a cell, and over the directions in which it leaves a surface. So surfaces with less than three
+//! quarters of a diffuse base have no cells; a coat above the base is averaged. Cells are 24 to 48 pixels wide: in images below some
+//! hundred pixels a side no surface is far enough from another. The cache is emptied when anything moves, the camera included. A tile of
+//! an image has a cache of its own. The noise of a cell is common to all batches of frames, so that `variance` lacks it.
 
 use crate::declare::pass;
 #[cfg(not(target_arch = "spirv"))]

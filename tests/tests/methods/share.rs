@@ -327,14 +327,15 @@ fn sharing_pauses_where_it_does_not_pay() {
         });
         none != points
     });
-    assert_eq!(shared, [true, false, false, false], "frames that share");
+    // The first frame does not decide.
+    assert_eq!(shared, [true, true, false, false], "frames that share");
 
     // A room, in which it pays from the first frame on
     let mut room = open(&CPU, &committed("mirror-room"), &config(IndirectShare::Points, 1));
     for frame in 0..8 {
         room.frame(frame).expect("a frame runs");
         let balance = room.read::<ShareBalance>("share_balance").expect("a balance")[0];
-        assert!(balance.pause == 0 && balance.worth() > 1.0, "frame {frame}: {balance:?}");
+        assert!(balance.pause == 0 && (frame == 0 || balance.worth() > 1.0), "frame {frame}: {balance:?}");
     }
 }
 

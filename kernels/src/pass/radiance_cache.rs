@@ -2,7 +2,7 @@
 //!
 //! A cell is a cube of space, with one side of the surfaces of one material in it, and a depth of camera paths. It holds the mean of the
 //! light that surfaces in it reflect to camera paths, divided by their albedo. A camera path looks up the first diffuse surface behind its
-//! collection point. If the cell has four samples, half of the paths end there and take the light of the cell; with 128 samples, 31 of 32
+//! collection point. If the cell has four samples, half of the paths end there and take the light of the cell. With 128 samples, 31 of 32
 //! do. All others go on, and give the cell a sample. So samples come from whole paths: no cell takes light of another.
 //!
 //! A frame reads the cells as the frame before left them. Its own samples are added behind the camera paths, as integers. If samples

@@ -6,6 +6,8 @@
 //! entry of [`PARAMETERS`]. The code compiles only once two decisions are made: whether another value gives another
 //! expected image, and whether run configurations differ in it.
 
+use std::fmt::{self, Display, Formatter};
+
 use caustics_kernels::denoiser::Denoiser;
 use caustics_kernels::emission::Emission;
 use caustics_kernels::gather::variant::Variant;
@@ -39,9 +41,27 @@ pub struct Parameter {
     /// Visual encoding of its values in a report.
     pub shown: VisualEncoding,
     /// Returns why the parameter does not apply to a run configuration; none where it does.
-    pub not_applicable: fn(&RunConfig) -> Option<&'static str>,
+    pub not_applicable: fn(&RunConfig) -> Option<NotApplicable>,
     get: fn(&RunConfig) -> String,
     set: fn(&mut RunConfig, &str) -> Result<(), String>,
+}
+
+/// Why a parameter does not apply.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotApplicable {
+    /// The method does this.
+    Method(&'static str),
+    /// Another option does this; the text says which value to give.
+    Options(&'static str),
+}
+
+impl Display for NotApplicable {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            NotApplicable::Method(does) => write!(f, "the method {does}"),
+            NotApplicable::Options(does) => f.write_str(does),
+        }
+    }
 }
 
 /// The values of a parameter.
@@ -178,7 +198,8 @@ pub static GATHER: Parameter = Parameter {
     neutral: "",
     shown: VisualEncoding::Shape,
     not_applicable: |run| {
-        (!run.config.method.chooses_gather).then_some("brings photons and points together in its own way")
+        (!run.config.method.chooses_gather)
+            .then_some(NotApplicable::Method("brings photons and points together in its own way"))
     },
     get: |run| run.config.gather.map_or("", |gather| gather.name).into(),
     set: |run, name| {
@@ -192,7 +213,9 @@ pub static CAUSTICS: Parameter = Parameter {
     description: "Light that counts as a caustic, which light paths carry",
     default: "first",
     neutral: "first",
-    not_applicable: |run| (!run.config.method.gathers).then_some("shoots no light paths"),
+    not_applicable: |run| {
+        (!run.config.method.gathers).then_some(NotApplicable::Method("shoots no light paths"))
+    },
     ..named!(caustics: Caustics)
 };
 
@@ -202,7 +225,11 @@ pub static THIN_WALLS: Parameter = Parameter {
     default: "passed",
     neutral: "passed",
     not_applicable: |run| {
-        (!run.config.can_pass_thin_walls()).then_some("counts passing a wall as a specular event")
+        let event = (!run.config.method.passes_thin_walls)
+            .then_some(NotApplicable::Method("counts passing a wall as a specular event"));
+        event.or((!run.config.can_pass_thin_walls()).then_some(NotApplicable::Options(
+            "--caustics any counts passing a wall as a specular event; give --caustics first",
+        )))
     },
     ..named!(thin_walls: ThinWalls)
 };
@@ -213,7 +240,8 @@ pub static EMISSION: Parameter = Parameter {
     default: "guided",
     neutral: "power",
     not_applicable: |run| {
-        (!run.config.method.chooses_emission).then_some("starts light paths in its own way, or has none")
+        (!run.config.method.chooses_emission)
+            .then_some(NotApplicable::Method("starts light paths in its own way, or has none"))
     },
     ..named!(emission: &Emission)
 };
@@ -243,7 +271,8 @@ pub static HISTORY: Parameter = Parameter {
     default: "none",
     neutral: "none",
     not_applicable: |run| {
-        (!run.config.method.supports_history).then_some("takes no light from the frame before")
+        (!run.config.method.supports_history)
+            .then_some(NotApplicable::Method("takes no light from the frame before"))
     },
     ..named!(history: &History)
 };
@@ -256,10 +285,13 @@ pub static PATH_HISTORY: Parameter = Parameter {
     neutral: "none",
     shown: VisualEncoding::Color,
     not_applicable: |run| {
-        let converges = run.config.method.converges.then_some("converges: its frames are averaged");
-        converges
-            .or((!run.config.method.gathers)
-                .then_some("makes no collection points, which a history looks for"))
+        let converges = run
+            .config
+            .method
+            .converges
+            .then_some(NotApplicable::Method("converges: its frames are averaged"));
+        converges.or((!run.config.method.gathers)
+            .then_some(NotApplicable::Method("makes no collection points, which a history looks for")))
     },
     ..named!(path_history: PathHistory)
 };
@@ -275,11 +307,13 @@ pub static INDIRECT_SHARE: Parameter = Parameter {
     shown: VisualEncoding::Words("share-", |value| format!("shared {value}")),
     not_applicable: |run| {
         let discs = run.config.method.chooses_gather;
-        (!discs)
-            .then_some("makes no discs around which points share")
-            .or((!run.config.can_share_indirect()).then_some(
-                "smooths, bounds or reuses path-traced light (--denoiser, --fireflies, --path-history)",
-            ))
+        (!discs).then_some(NotApplicable::Method("makes no discs around which points share")).or((!run
+            .config
+            .can_share_indirect())
+        .then_some(NotApplicable::Options(
+            "a denoiser, bounded fireflies or a path history changes the light before; give --denoiser none \
+                 --fireflies kept --path-history none",
+        )))
     },
     get: |run| run.config.indirect_share.map_or("", |share| share.name()).into(),
     set: |run, name| {
@@ -299,9 +333,12 @@ pub static INDIRECT_END: Parameter = Parameter {
     shown: VisualEncoding::Words("end-", |value| format!("ends in {value}")),
     not_applicable: |run| {
         let discs = run.config.method.chooses_gather;
-        (!discs)
-            .then_some("does not end camera paths in a cache")
-            .or((!run.config.can_use_cache()).then_some("traces camera paths again (--path-history)"))
+        (!discs).then_some(NotApplicable::Method("does not end camera paths in a cache")).or((!run
+            .config
+            .can_use_cache())
+        .then_some(NotApplicable::Options(
+            "a path history traces camera paths again; give --path-history none",
+        )))
     },
     get: |run| run.config.indirect_end.map_or("", |end| end.name()).into(),
     set: |run, name| {
@@ -315,7 +352,9 @@ pub static FIREFLIES: Parameter = Parameter {
     description: "Treatment of fireflies, rare bright samples of camera paths",
     default: "kept",
     neutral: "kept",
-    not_applicable: |run| run.config.method.converges.then_some("converges, and must lose no light"),
+    not_applicable: |run| {
+        run.config.method.converges.then_some(NotApplicable::Method("converges, and must lose no light"))
+    },
     ..named!(fireflies: Fireflies)
 };
 
@@ -325,7 +364,8 @@ pub static DENOISER: Parameter = Parameter {
     default: "none",
     neutral: "none",
     not_applicable: |run| {
-        (!run.config.method.gathers).then_some("makes no collection points, which a denoiser looks at")
+        (!run.config.method.gathers)
+            .then_some(NotApplicable::Method("makes no collection points, which a denoiser looks at"))
     },
     ..named!(denoiser: &Denoiser)
 };
@@ -369,7 +409,9 @@ pub static PATHS_PER_PIXEL: Parameter = Parameter {
         let unit = if value == "1" { "path/px" } else { "paths/px" };
         format!("{value} {unit}")
     }),
-    not_applicable: |run| (!run.config.method.gathers).then_some("shoots no light paths"),
+    not_applicable: |run| {
+        (!run.config.method.gathers).then_some(NotApplicable::Method("shoots no light paths"))
+    },
     get: |run| run.config.light_paths.to_string(),
     set: |run, text| {
         run.config.light_paths = text.parse()?;
@@ -388,8 +430,10 @@ pub static RADIUS_PX: Parameter = Parameter {
     neutral: "1",
     shown: VisualEncoding::Words("r", |value| format!("radius {value} px")),
     not_applicable: |run| match run.config.radius {
-        _ if !run.config.method.gathers => Some("makes no collection points"),
-        Radius::Auto if !run.config.method.chooses_gather => Some("has no discs that could widen"),
+        _ if !run.config.method.gathers => Some(NotApplicable::Method("makes no collection points")),
+        Radius::Auto if !run.config.method.chooses_gather => {
+            Some(NotApplicable::Method("has no discs that could widen"))
+        }
         _ => None,
     },
     get: |run| run.config.radius.to_string(),
@@ -411,8 +455,12 @@ pub static COLLECTION_POINTS: Parameter = Parameter {
     shown: VisualEncoding::Words("k", |value| format!("{value} points/px")),
     not_applicable: |run| match run.config.collection_points {
         1 => None,
-        _ if !run.config.method.chooses_gather => Some("makes no discs for further points"),
-        _ => (!run.config.can_add_points()).then_some("reuses light of the frame before (--history)"),
+        _ if !run.config.method.chooses_gather => {
+            Some(NotApplicable::Method("makes no discs for further points"))
+        }
+        _ => (!run.config.can_add_points()).then_some(NotApplicable::Options(
+            "a history reuses the light of single points; give --history none",
+        )),
     },
     get: |run| run.config.collection_points.to_string(),
     set: |run, text| {

@@ -3,7 +3,8 @@
 use std::marker::PhantomData;
 
 use caustics_bench::parameter::{
-    self, AUTO, FEATURES, MAX_BOUNCES, PARAMETERS, PATHS_PER_PIXEL, Parameter, RUNNER, Values, spelled,
+    self, AUTO, FEATURES, MAX_BOUNCES, NotApplicable, PARAMETERS, PATHS_PER_PIXEL, Parameter, RUNNER, Values,
+    spelled,
 };
 use caustics_bench::run_config::RunConfig;
 use caustics_bench::sweep::matrix_table::MatrixTable;
@@ -139,14 +140,13 @@ impl<C: CommandParameters> ParameterOptions<C> {
         self.given.iter().any(|(_, parameter, _)| ![&RUNNER, &FEATURES, &MAX_BOUNCES].contains(parameter))
     }
 
-    /// Returns the run configuration; its runner is still a name. Refuses given values that do not apply to its method,
-    /// unless they are neutral or numbers.
+    /// Returns the checked run configuration; its runner is still a name.
     pub fn run_config(&self) -> Result<RunConfig, Usage> {
-        self.run_config_with(&[])
+        self.checked(self.unchecked(&[])?)
     }
 
-    /// Returns the run configuration, with other defaults for some parameters.
-    pub fn run_config_with(&self, default: &[(&Parameter, &str)]) -> Result<RunConfig, Usage> {
+    /// Returns the run configuration, with other defaults for some parameters. Values that do not apply are not refused yet.
+    pub fn unchecked(&self, default: &[(&Parameter, &str)]) -> Result<RunConfig, Usage> {
         let mut run_config = RunConfig::new(&BASIC);
         let values = PARAMETERS
             .into_iter()
@@ -161,17 +161,29 @@ impl<C: CommandParameters> ParameterOptions<C> {
             };
             parameter.set(&mut run_config, &value).map_err(Usage)?;
         }
+        Ok(run_config)
+    }
+
+    /// Returns a run configuration without what does not apply to it. Refuses given values that do not apply, unless they are neutral,
+    /// or numbers that the method has no use for.
+    pub fn checked(&self, run_config: RunConfig) -> Result<RunConfig, Usage> {
         for parameter in PARAMETERS.into_iter().filter(|parameter| self.has(parameter)) {
-            let value = parameter.get(&run_config);
-            let names = match parameter.values {
-                Values::Names(_) => value != parameter.neutral,
-                Values::Numbers(_) => value == AUTO && parameter.default != AUTO,
+            let Some(why) = (parameter.not_applicable)(&run_config) else { continue };
+            let (option, value) = (parameter.option(), parameter.get(&run_config));
+            let is_harmless = match (parameter.values, why) {
+                (Values::Names(_), _) => value == parameter.neutral,
+                (Values::Numbers(_), NotApplicable::Options(_)) => false,
+                (Values::Numbers(_), NotApplicable::Method(_)) => value != AUTO || parameter.default == AUTO,
             };
-            if let Some(why) = (parameter.not_applicable)(&run_config).filter(|_| names) {
-                let (option, method) = (parameter.option(), run_config.config.method.name);
-                return Err(Usage(format!(
-                    "--{option} {value}: --method {method} {why}; use --method basic"
-                )));
+            let method = run_config.config.method.name;
+            match why {
+                _ if is_harmless => {}
+                NotApplicable::Options(why) => return Err(Usage(format!("--{option} {value}: {why}"))),
+                NotApplicable::Method(why) => {
+                    return Err(Usage(format!(
+                        "--{option} {value}: --method {method} {why}; use --method basic"
+                    )));
+                }
             }
         }
         Ok(run_config.effective())

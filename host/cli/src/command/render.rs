@@ -22,7 +22,7 @@ pub fn configuration(
     // and `animate`.
     let defaults = preset.or((!has_render_options).then_some(Preset::Preview)).map_or(vec![], Preset::values);
     let preset = preset.unwrap_or(if has_render_options { Preset::Frame } else { Preset::Preview });
-    Ok((parameters.run_config_with(&defaults)?, preset))
+    Ok((parameters.checked(parameters.unchecked(&defaults)?)?, preset))
 }
 
 /// Averages frames of a method.

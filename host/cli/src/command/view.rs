@@ -158,7 +158,7 @@ fn run_config(options: &Viewer) -> Result<RunConfig, Usage> {
     let histories = [(&HISTORY, VALIDATED.name), (&PATH_HISTORY, PathHistory::Validated.name())];
     let defaults: Vec<_> =
         histories.into_iter().filter(|_| !options.parameters.has_render_options()).collect();
-    options.parameters.run_config_with(&defaults)
+    options.parameters.checked(options.parameters.unchecked(&defaults)?)
 }
 
 /// Returns the camera; a placed one by its position.

@@ -279,6 +279,25 @@ fn a_state_helps_only_frames_behind_it_and_of_its_run() {
     assert_eq!(dir.names(), ["00.exr", "01.exr"]);
 }
 
+/// Histories are the default of `animate`: an option that does not go with them is not dropped.
+#[test]
+fn options_that_do_not_go_with_a_history_are_refused() {
+    let dir = AnimationDir::new();
+    for (options, words) in [
+        (&["--indirect-share", "points"][..], ["--indirect-share points", "--path-history none"]),
+        (&["--indirect-end", "cache"], ["--indirect-end cache", "--path-history none"]),
+        (&["--collection-points", "4"], ["--collection-points 4", "--history none"]),
+        (&["--caustics", "any", "--thin-walls", "event"], ["--thin-walls event", "--caustics first"]),
+    ] {
+        dir.refuses("animated-light", &[&["--frames", "0..2"], options].concat(), &words);
+    }
+    let alone =
+        ["--path-history", "none", "--denoiser", "none", "--indirect-share", "points", "--frames", "0..1"];
+    dir.animate("animated-light", &alone);
+    let image = Channels::read(&dir.path("f/00.exr")).unwrap();
+    assert_eq!(image.attributes["indirect_share"], "points");
+}
+
 #[test]
 fn frames_of_another_run_are_refused_by_what_differs() {
     let dir = AnimationDir::new();

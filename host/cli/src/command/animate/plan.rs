@@ -63,7 +63,8 @@ impl AnimationPlan {
             .into());
         }
         check_fps(*fps)?;
-        let RunConfig { mut config, asked_runner: runner, .. } = parameters.run_config()?;
+        let mut run_config = parameters.unchecked(&[])?;
+        let config = &mut run_config.config;
         if !parameters.has(&HISTORY) && config.method.supports_history {
             config.history = &history::VALIDATED;
         }
@@ -80,6 +81,7 @@ impl AnimationPlan {
             PathHistory::None if !parameters.has(&SAMPLER) => config.sampler = Sampler::Blue,
             _ => {}
         }
+        let RunConfig { config, asked_runner: runner, .. } = parameters.checked(run_config)?;
         let config = options::config(&common.view, &config, 1)?.with_defaults_of_method();
         let config = RenderConfig { auxiliary: !common.aov.is_empty(), ..config };
         let mut plan = AnimationPlan {

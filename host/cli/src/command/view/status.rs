@@ -89,7 +89,7 @@ fn values(request: &ViewRequest, side: usize) -> Value {
             };
             (
                 parameter.key.to_string(),
-                json!({ "value": value, "not_applicable": (parameter.not_applicable)(run_config) }),
+                json!({ "value": value, "not_applicable": (parameter.not_applicable)(run_config).map(|why| why.to_string()) }),
             )
         })
         .collect::<serde_json::Map<_, _>>()

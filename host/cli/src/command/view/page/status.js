@@ -46,8 +46,8 @@ function showParameters(parameters, side) {
     reasons.set(not_applicable, [...names, field.querySelector('label').textContent]);
   }
   const note = find(`not-applicable-${side}`);
-  const lines = [...reasons].map(([reason, names]) => `${names.join(', ')} (it ${reason})`);
-  note.textContent = `Not applicable to this method: ${lines.join('; ')}.`;
+  const lines = [...reasons].map(([reason, names]) => `${names.join(', ')} (${reason})`);
+  note.textContent = `Not applicable: ${lines.join('; ')}.`;
   note.hidden = !lines.length;
 }
 

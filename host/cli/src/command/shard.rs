@@ -9,6 +9,8 @@ use caustics::shard::Shard;
 use caustics_kernels::history::path::PATH_HISTORY;
 use caustics_kernels::pass::balance::BALANCE;
 use caustics_kernels::pass::more_points::MORE_POINTS;
+use caustics_kernels::pass::radiance_cache::RADIANCE_CACHE;
+use caustics_kernels::pass::share::SHARE;
 use caustics_kernels::pass::widen::WIDEN;
 
 use super::stop::Stop;
@@ -88,6 +90,8 @@ fn reusing_options(config: &RenderConfig) -> Vec<String> {
         (parts.stages.has(&BALANCE), "--light-paths", "auto"),
         (parts.stages.has(&WIDEN), "--radius-px", "auto"),
         (parts.stages.has(&MORE_POINTS), "--collection-points", &points),
+        (parts.stages.has(&SHARE), "--indirect-share", "points"),
+        (parts.stages.has(&RADIANCE_CACHE), "--indirect-end", "cache"),
     ];
     let reuses = all.into_iter().filter(|(reuses, ..)| *reuses);
     reuses.map(|(_, option, value)| format!("{option} {value}")).collect()
@@ -96,7 +100,7 @@ fn reusing_options(config: &RenderConfig) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use caustics::render_config::{Paths, Radius};
-    use caustics_kernels::interface::choice::PathHistory;
+    use caustics_kernels::interface::choice::{IndirectEnd, IndirectShare, PathHistory};
     use caustics_kernels::{emission, history, method};
 
     use super::*;
@@ -121,12 +125,18 @@ mod tests {
                                 config.radius = radius;
                             });
                             let run_config = run_config.effective();
-                            let reuses = method.kept(run_config.config.parts()).next().is_some();
-                            assert_eq!(
-                                reuses,
-                                !reusing_options(&run_config.config).is_empty(),
-                                "{run_config:?}"
-                            );
+                            for (share, end) in [(false, false), (true, false), (false, true)] {
+                                let indirect_share =
+                                    if share { IndirectShare::Points } else { IndirectShare::None };
+                                let indirect_end = if end { IndirectEnd::Cache } else { IndirectEnd::Path };
+                                let config = RenderConfig {
+                                    indirect_share: Some(indirect_share),
+                                    indirect_end: Some(indirect_end),
+                                    ..run_config.config.clone()
+                                };
+                                let reuses = method.kept(config.parts()).next().is_some();
+                                assert_eq!(reuses, !reusing_options(&config).is_empty(), "{config:?}");
+                            }
                         }
                     }
                 }

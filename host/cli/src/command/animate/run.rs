@@ -43,9 +43,7 @@ impl Run {
     pub fn forget(&self) -> anyhow::Result<()> {
         for frame in self.plan.frames.clone() {
             remove(&self.plan.pattern.frame(frame, "exr"))?;
-            if self.plan.pngs {
-                remove(&self.plan.pattern.frame(frame, "png"))?;
-            }
+            remove(&self.plan.pattern.frame(frame, "png"))?;
         }
         Ok(remove(&self.plan.state())?)
     }

@@ -35,20 +35,31 @@ pub struct NodeInfo {
     to_parent: [[f64; 3]; 3],
 }
 
+/// What edits changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Changed {
+    /// Nothing.
+    Nothing,
+    /// The pose alone.
+    Pose,
+    /// The scene was read again.
+    Scene,
+}
+
 impl Edited {
     /// Makes the state of a scene that was opened with these edits.
     pub fn new(scene: Scene, file: PathBuf, edits: &Edits) -> Edited {
         Edited { scene, file, nodes: by_node(edits), keys: edits.keys.clone() }
     }
 
-    /// Applies these edits to the scene. Returns whether the scene was read again.
+    /// Applies these edits to the scene, and tells what they changed.
     ///
     /// # Errors
     ///
     /// If the file cannot be read, or a node cannot be placed so; the scene and its edits stay as they were.
-    pub fn bring(&mut self, options: &Viewer, nodes: &NodeEdits) -> anyhow::Result<bool> {
+    pub fn bring(&mut self, options: &Viewer, nodes: &NodeEdits) -> anyhow::Result<Changed> {
         if *nodes == self.nodes {
-            return Ok(false);
+            return Ok(Changed::Nothing);
         }
         let edits = Edits { nodes: nodes.values().cloned().collect(), keys: self.keys.clone(), camera: None };
         let is_new = nodes.keys().any(|node| !self.nodes.contains_key(node))
@@ -60,7 +71,7 @@ impl Edited {
             self.scene.play(&edits)?;
         }
         self.nodes.clone_from(nodes);
-        Ok(is_new)
+        Ok(if is_new { Changed::Scene } else { Changed::Pose })
     }
 
     /// Whether there are edits or keys.

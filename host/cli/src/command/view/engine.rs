@@ -14,7 +14,7 @@ use caustics_bench::run_config::RunConfig;
 use caustics_kernels::method::path::PATH;
 
 use super::distance::Distance;
-use super::edited::{Edited, camera_edit};
+use super::edited::{Changed, Edited, camera_edit};
 use super::look::{DisplayedImage, Layer, suiting};
 use super::pace::Pace;
 use super::recording::Recording;
@@ -147,8 +147,10 @@ impl<'a> Engine<'a> {
     fn frame(&mut self, request: &ViewRequest) -> anyhow::Result<()> {
         let now = Instant::now();
         self.take_new_kernels(now);
-        if self.edited.bring(self.options, &request.nodes)? {
-            (self.moving, self.still, self.stands) = (None, [None, None], None);
+        match self.edited.bring(self.options, &request.nodes)? {
+            Changed::Nothing => {}
+            Changed::Pose => self.stands = None,
+            Changed::Scene => (self.moving, self.still, self.stands) = (None, [None, None], None),
         }
         let time = request.time_at(now, self.edited.scene.duration());
         self.time = time;

@@ -456,6 +456,7 @@ impl Session {
     pub fn restart(&mut self) -> Result<(), SessionError> {
         self.clear_kept()?;
         self.tiles.states.clear();
+        (self.last, self.tiles.rendered) = (None, Rendered::default());
         self.previous_camera = self.params.camera;
         self.previous_frame = None;
         self.moved = true;

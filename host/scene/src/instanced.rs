@@ -188,7 +188,8 @@ impl Instanced {
             (record.to_object, record.to_world) = (transform(&to_object), transform(&object_to_world));
             record.to_previous =
                 before.map_or(Transform::IDENTITY, |before| transform(&(before * to_object)));
-            if mesh.deformation.is_some() && before.is_some() {
+            let was_hidden = before.as_ref().is_some_and(crate::instanced::is_hidden);
+            if was_hidden || (mesh.deformation.is_some() && before.is_some()) {
                 record.to_previous = Transform::NOWHERE;
             }
             record.orientation = if object_to_world.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };

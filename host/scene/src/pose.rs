@@ -25,10 +25,16 @@ impl Scene {
         Ok(())
     }
 
-    /// Moves an edited scene to time 0, without a previous pose.
-    pub(super) fn begin(&mut self) -> Result<(), SceneError> {
-        self.instanced.forget();
-        self.pose(0.0)
+    /// Moves cameras, lights and meshes to a time (s), without a previous pose: nothing is in motion.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::pose`].
+    pub fn begin_at(&mut self, time: f64) -> Result<(), SceneError> {
+        if self.motion.is_some() {
+            self.instanced.forget();
+        }
+        self.pose(time)
     }
 
     /// Moves a complete scene to time 0 and finds its emitters. There is no previous pose.

@@ -66,7 +66,7 @@ impl Staging {
         if let Some(edits) = &self.edits {
             scene.play(edits)?;
             scene.additions.insert("edits", edits.fingerprint());
-            scene.begin()?;
+            scene.begin_at(0.0)?;
         }
         let camera = self.camera(&mut scene, path, &mut notes)?;
         Ok(Staged { scene, camera, notes })

@@ -45,7 +45,7 @@ impl Transform {
     /// The identity.
     pub const IDENTITY: Transform = Transform { x: Vec3::X, y: Vec3::Y, z: Vec3::Z, offset: Vec3::ZERO };
 
-    /// Marks a mesh that deforms: no affine map gives its previous positions. Nothing is found that far away.
+    /// Marks a mesh without previous positions: it deforms, or was hidden. Nothing is found that far away.
     pub const NOWHERE: Transform = Transform { offset: Vec3::splat(1.0e9), ..Transform::IDENTITY };
 
     /// Whether it is [`Transform::NOWHERE`].

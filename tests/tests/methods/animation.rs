@@ -562,6 +562,10 @@ fn flux_of_a_growing_light_follows_its_area_from_zero() {
             .flat_map(|instance| [instance.to_previous.x, instance.to_previous.offset])
             .all(Vec3::is_finite)
     );
+    // A light that appears again was nowhere before.
+    scene.pose(0.5).unwrap();
+    assert_eq!(scene.instances.iter().filter(|instance| instance.to_previous.is_nowhere()).count(), 1);
+    scene.pose(0.0).unwrap();
     let mut tracer = scene.tracer(scene.features(0.25));
     let through = Ray::endless(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z);
     let hit = tracer.closest(&through);

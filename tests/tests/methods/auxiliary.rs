@@ -197,6 +197,17 @@ fn motion_of_a_moving_instance_is_its_displacement_in_the_image() {
     assert!(moving > 300 && still > 300, "{moving} {still}");
 }
 
+/// A scene that begins at a time has no motion there, whatever its pose was before.
+#[test]
+fn a_scene_that_begins_at_a_time_is_at_rest() {
+    let mut scene = Moving::Receiver.scene();
+    let opened = |scene: &Scene| auxiliary(&mut session(scene, config()), 0).motion;
+    scene.pose(0.5).expect("a pose");
+    assert!(opened(&scene).iter().any(|motion| motion.length() > 1.0), "the test has nothing to check");
+    scene.begin_at(0.5).expect("a pose");
+    assert!(opened(&scene).iter().all(|motion| *motion == Vec2::ZERO));
+}
+
 /// Curved glass: depth is the length of the light's path, whether or not a history needs the virtual image.
 #[test]
 fn depth_is_the_length_of_the_path_and_auxiliary_layers_change_no_bit() {

@@ -56,7 +56,7 @@ pub fn run(options: &Inspect) -> anyhow::Result<ExitCode> {
     let file = scene::resolve(&options.scene)?;
     let Staged { mut scene, camera, .. } =
         open_edited(&file, view, &options.loading, options.edits.as_deref())?;
-    scene.pose(*time)?;
+    scene.begin_at(*time)?;
     let camera = scene.camera(Some(&camera))?;
     warn(&scene, &config);
     let features = config.features(&scene);

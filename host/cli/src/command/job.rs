@@ -89,7 +89,7 @@ impl Job {
         }
 
         let Staged { mut scene, camera, .. } = open(&file, &options)?;
-        scene.pose(time)?;
+        scene.begin_at(time)?;
         let camera = scene.camera(Some(&camera))?.clone();
         warn(&scene, &config);
         let (first, stop) = match &part {

@@ -73,7 +73,7 @@ fn assemble(
     let (lights, cameras) = (world.lights_around(context, origin)?, world.cameras_around(origin));
     // Materials
     let (materials, material_names) = material::read_all(model, context)?;
-    material::warn_of_blended_media(context, &materials, &material_names, &textures);
+    material::warn_of_media_with_alpha(context, &materials, &material_names, &textures);
 
     let motion = motion(&world.rig, world.cameras, world.lights, context);
     let owners = geometry.owners().collect();

@@ -165,9 +165,10 @@ pub fn set_flags(materials: &mut [Material], parts: &TextureParts) {
         for (_, flag) in flags.into_iter().filter(|&(texture, _)| texture != NONE) {
             material.flags |= flag;
         }
-        if record.blends != 0 {
+        if material.is_medium() {
             // The faces of a medium bound it for all paths alike, so media ignore alpha.
-            if !material.is_medium() && !parts.is_opaque(record) {
+        } else if record.blends != 0 {
+            if !parts.is_opaque(record) {
                 material.flags |= FLAG_BLEND;
             }
         } else if record.alpha_cutoff > 0.0 {

@@ -70,18 +70,21 @@ fn within(number: f32, range: RangeInclusive<f32>, name: &str, faults: &mut Vec<
     instead
 }
 
-/// Warns of media with blended alpha, which is not rendered.
-pub fn warn_of_blended_media(
+/// Warns of media with alpha, which is not rendered.
+pub fn warn_of_media_with_alpha(
     context: &mut ImportContext<'_>,
     materials: &[Material],
     names: &[String],
     textures: &TextureParts,
 ) {
     for (index, (material, record)) in materials.iter().zip(&textures.materials).enumerate() {
-        if record.blends != 0 && material.is_medium() && !textures.is_opaque(record) {
+        let has_alpha = record.blends != 0 || record.alpha_cutoff > 0.0;
+        if has_alpha && material.is_medium() && !textures.is_opaque(record) {
             let label = label("material", index, Some(&names[index]));
-            let what = "alphaMode BLEND of a volume that transmits is not supported; rendered as OPAQUE";
-            context.warn(&label, what);
+            let mode = if record.blends != 0 { "BLEND" } else { "MASK" };
+            let what =
+                format!("alphaMode {mode} of a volume that transmits is not supported; rendered as OPAQUE");
+            context.warn(&label, &what);
         }
     }
 }

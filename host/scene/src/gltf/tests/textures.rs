@@ -108,19 +108,24 @@ fn blending_is_read_and_scales_emission() {
 }
 
 #[test]
-fn media_with_blended_alpha_are_named() {
+fn media_with_alpha_are_named() {
     let (mut document, binary) = textured(ImageFormat::Png);
-    document["materials"][0]["alphaMode"] = json!("BLEND");
     document["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = json!(0);
-    for (thickness, count) in [(0.0, 0), (0.5, 1)] {
+    for (mode, flag, thickness, count) in [
+        ("BLEND", FLAG_BLEND, 0.0, 0),
+        ("BLEND", FLAG_BLEND, 0.5, 1),
+        ("MASK", FLAG_CUT_OUT, 0.0, 0),
+        ("MASK", FLAG_CUT_OUT, 0.5, 1),
+    ] {
+        document["materials"][0]["alphaMode"] = json!(mode);
         document["materials"][0]["extensions"] = json!({
             "KHR_materials_transmission": { "transmissionFactor": 1.0 },
             "KHR_materials_volume": { "thicknessFactor": thickness },
         });
         let scene = load(&document, &binary).unwrap();
-        let named = scene.warnings.iter().filter(|warning| warning.contains("BLEND")).count();
+        let named = scene.warnings.iter().filter(|warning| warning.contains(mode)).count();
         assert_eq!(named, count, "{:?}", scene.warnings);
-        assert_eq!(scene.materials[0].flags & FLAG_BLEND == 0, count == 1);
+        assert_eq!(scene.materials[0].flags & flag == 0, count == 1);
     }
 }
 

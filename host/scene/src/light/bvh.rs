@@ -13,6 +13,8 @@ use super::Scene;
 
 /// Angle (rad) by which bounds of directions are wider than they must be, against rounding.
 const MARGIN: f64 = 1e-4;
+/// Largest error of a cosine to the axis of a spot, from f32 dot products and roots.
+const ROUNDING: f32 = 1e-6;
 
 /// Number of nodes of the light BVH over this number of lights: none where they are few, so that vertices sample all of them.
 pub fn node_count(lights: usize) -> usize {
@@ -23,10 +25,10 @@ pub fn node_count(lights: usize) -> usize {
     }
 }
 
-/// Share of the candidates of light samples that the light BVH samples; 0 where vertices sample all lights. Power samples the rest,
-/// so that every light keeps some density. Lights without a place are only sampled by power.
+/// Share of the candidates of light samples that the light BVH samples; 0 where vertices sample all lights, or no light has a place.
+/// Power samples the rest, so that every light keeps some density. Lights without a place are only sampled by power.
 pub fn share(lights: &[Light]) -> f32 {
-    if lights.len() <= FEW_LIGHTS as usize {
+    if lights.len() <= FEW_LIGHTS as usize || lights.iter().all(Light::is_endless) {
         0.0
     } else if lights.iter().any(Light::is_endless) {
         0.5
@@ -104,7 +106,9 @@ fn leaf(scene: &Scene, light: &Light, flux: f64) -> Bounds {
         cos_emission: 0.0,
     };
     if kind == Features::SPOT_LIGHTS {
-        (bounds.axis, bounds.cos_spread, bounds.cos_emission) = (light.direction, 1.0, 1.0 - light.cone);
+        // Cosines of directions in a narrow cone are rounded out of it
+        let cos_emission = 1.0 - light.cone - ROUNDING;
+        (bounds.axis, bounds.cos_spread, bounds.cos_emission) = (light.direction, 1.0, cos_emission);
     }
     if kind == Features::AREA_LIGHTS {
         let triangle = scene.world_triangle(light.instance, light.triangle);
@@ -223,5 +227,37 @@ mod tests {
         let few = &records[..FEW_LIGHTS as usize];
         assert!(self::nodes(&scene, few, 1.0).is_empty());
         assert_eq!((share(few), share(&records), share(&records[..39])), (0.0, 0.5, 63.0 / 64.0));
+    }
+
+    #[test]
+    fn lights_without_a_place_are_not_looked_for_in_the_bvh() {
+        let sun = Light { kind: Features::DIRECTIONAL_LIGHTS.0, radius: 1.0, ..Light::default() };
+        let lamp = Light { kind: Features::POINT_LIGHTS.0, ..Light::default() };
+        assert_eq!(share(&[sun; 40]), 0.0);
+        assert_eq!(share(&[sun, sun, sun, sun, lamp]), 0.5);
+        assert_eq!(share(&[lamp; 40]), 63.0 / 64.0);
+    }
+
+    /// Cosines of a cone of 0.2 mrad differ from 1 by less than f32 can tell.
+    #[test]
+    fn narrow_spots_have_importance_where_they_shine() {
+        let outer = 2.0e-4_f32;
+        let direction = Vec3::new(0.3, -0.8, 0.5).normalize();
+        let spot = PunctualLight {
+            shape: LightShape::Spot { direction, inner: 0.0, outer: f64::from(outer) },
+            ..PunctualLight::point(Vec3::new(1.0, 2.0, 3.0), Vec3::ONE)
+        };
+        let lights = vec![spot; 5];
+        let mut scene = Scene::default();
+        scene.light_keys = keys(&scene, &lights);
+        let (records, flux) = table(&scene, &[], &lights, None);
+        let nodes = nodes(&scene, &records, f64::from(flux.element_sum() / 3.0));
+        let bvh = light_bvh::LightBvh { nodes: &nodes, light_count: 5 };
+        let side = direction.any_orthonormal_vector();
+        for step in 0..1000 {
+            let distance = 0.01 * step as f32 + 0.1;
+            let position = spot.position + direction * distance + side * (0.9 * outer * distance);
+            assert!(bvh.probability(position, 2) > 0.0, "{distance} m");
+        }
     }
 }

@@ -3,8 +3,10 @@
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_BLEND, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
 use caustics_kernels::interface::scene::SceneTables;
+use caustics_kernels::texture::cut_out::{CutOuts, uv};
 use caustics_kernels::texture::emission::emission_at;
-use glam::DVec3;
+use caustics_kernels::texture::sample::sample;
+use glam::{DVec3, Vec3};
 
 /// Maximum number of samples on all triangles. Above it, selection probabilities are less exact; the light is not.
 const MAX_POSITIONS: f32 = 1.0e7;
@@ -14,7 +16,8 @@ const STEPS: (f32, f32) = (8.0, 1000.0);
 /// Flags of materials whose emission varies over a triangle or is reduced by alpha.
 const VARIES: u32 = FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT | FLAG_BLEND;
 
-/// Mean radiance over a triangle (W m^-2 sr^-1), with texture and alpha, from samples half a texel apart.
+/// Mean radiance over a triangle (W m^-2 sr^-1), with texture and alpha, from samples half a texel apart. Where these are too many, samples
+/// are of coarser levels of the texture, so that none of its texels is missed.
 pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
     let id = scene.surfaces[triangle as usize].material as usize;
     let material = &scene.materials[id];
@@ -23,10 +26,10 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
         return emission;
     }
     let record = scene.textures.material_textures[id];
-    let mut texels = 1.0_f32;
+    let (mut texels, mut longest) = (1.0_f32, 0.0_f32);
     if let Some(coordinates) = scene.textures.texture_coordinates.get(triangle as usize) {
         let (b, c) = (coordinates.uv_b - coordinates.uv_a, coordinates.uv_c - coordinates.uv_a);
-        let longest = b.length().max(c.length()).max((c - b).length());
+        longest = b.length().max(c.length()).max((c - b).length());
         for texture in [record.emissive, record.base_color] {
             if let Some(texture) = scene.textures.textures.get(texture as usize) {
                 texels = texels.max(longest * texture.width.max(texture.height) as f32);
@@ -35,6 +38,7 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
     }
     let max_steps = (MAX_POSITIONS / scene.triangles.len() as f32).sqrt().clamp(STEPS.0, STEPS.1);
     let steps = (2.0 * texels).clamp(STEPS.0, max_steps).ceil() as u32;
+    let footprint = if 2.0 * texels > steps as f32 { longest / steps as f32 } else { 0.0 };
 
     // Sample the centres of upright and inverted sub-triangles.
     let mut sum = DVec3::ZERO;
@@ -46,9 +50,21 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
                 }
                 let at = |step: u32| (step as f32 + third / 3.0) / steps as f32;
                 let (u, v) = (at(column), at(row));
-                sum += emission_at(scene, Features::ALL, triangle, u, v).as_dvec3();
+                sum += share(scene, triangle, u, v, footprint).as_dvec3();
             }
         }
     }
     emission * sum / (f64::from(steps) * f64::from(steps))
+}
+
+/// Share of the emission that leaves a triangle, with its texture over a footprint of a width in texture coordinates.
+fn share(scene: SceneTables<'_>, triangle: u32, u: f32, v: f32, footprint: f32) -> Vec3 {
+    let id = scene.surfaces[triangle as usize].material as usize;
+    if footprint == 0.0 || scene.materials[id].flags & FLAG_EMISSIVE_TEXTURE == 0 {
+        return emission_at(scene, Features::ALL, triangle, u, v);
+    }
+    let at = uv(&scene.textures.texture_coordinates[triangle as usize], u, v);
+    let texture = scene.textures.material_textures[id].emissive;
+    let alpha = CutOuts::new(scene, Features::ALL).share(triangle, u, v);
+    sample(scene.textures, texture, at, footprint).truncate() * alpha
 }

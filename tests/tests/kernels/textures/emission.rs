@@ -111,6 +111,31 @@ fn textured_light_has_the_flux_of_its_mean_texel() {
     }
 }
 
+/// A large scene has few samples a triangle, which miss the lit texels of a facade: coarser levels of the texture find them.
+#[test]
+fn a_light_of_few_lit_texels_in_a_large_scene_is_kept() {
+    let mut b = Builder::default();
+    let emissive = b.texture(Role::Color, 512, 512, |x, y| {
+        if x % 64 == 37 && y % 64 == 21 { [255; 4] } else { [0, 0, 0, 255] }
+    });
+    let record = MaterialTextures { emissive, ..MaterialTextures::default() };
+    let facade = b.textured(emitter(1.0e4), record);
+    let dark = b.material(lambert(0.5));
+    b.panel(facade, DVec3::new(0.0, 1.0, 0.0), 0.5 * DVec3::X, -0.5 * DVec3::NEG_Z);
+    b.panel(dark, DVec3::ZERO, 2.0 * DVec3::Z, 2.0 * DVec3::X);
+    for id in 0..160_000 {
+        let corner = DVec3::new(f64::from(id % 400), 0.0, f64::from(id / 400)) * 0.01;
+        b.triangle(dark, [corner, corner + 0.005 * DVec3::Z, corner + 0.005 * DVec3::X], [DVec3::Y; 3]);
+    }
+    b.camera(DVec3::new(0.0, 0.5, 1.5), DVec3::ZERO, 0.8);
+    let scene = b.build();
+    let expected = PI * 1.0e4 / 4096.0;
+    println!("{} lights, flux {}, expected {expected}", scene.lights.len(), scene.flux.x);
+    assert_eq!(scene.lights.len(), 2);
+    // The flux only decides how often the light is chosen.
+    assert!((0.7..1.4).contains(&(f64::from(scene.flux.x) / expected)));
+}
+
 /// Irradiance of a floor patch by light sampling, and by light paths that arrive in it.
 #[test]
 fn light_sampling_and_light_paths_bring_equal_irradiance() {

@@ -23,6 +23,7 @@
 //! | read the layers of a frame | [`RenderedImage`] |
 //! | inspect a pixel: its camera path, its photons, their light paths | [`Session::inspect`], [`inspect::Inspection`] |
 //! | average frames, with the variance of the mean | [`accumulation`] |
+//! | denoise a finished image by Open Image Denoise | [`oidn`] |
 //! | write EXR and PNG, read them | [`output`], [`image_file`] |
 //! | compare images | [`metric`] |
 //!
@@ -45,6 +46,8 @@ pub mod kernels;
 pub mod machine;
 pub mod metric;
 pub mod named;
+#[allow(unsafe_code)]
+pub mod oidn;
 pub mod render_config;
 pub mod runner;
 pub mod session;

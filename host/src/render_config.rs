@@ -28,6 +28,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::named::{by_name, by_name_if_any};
+use crate::oidn::OIDN;
 use caustics_scene::Scene;
 
 mod params;
@@ -87,7 +88,7 @@ pub struct RenderConfig {
     /// Reuse of light from the previous frame. Averaged frames must be independent: `history::NONE`.
     #[serde(with = "by_name")]
     pub history: &'static History,
-    /// Denoiser of the path-traced light. It leaves caustics unchanged.
+    /// Denoiser of the path-traced light. It leaves caustics unchanged. With [`OIDN`] the caller denoises the finished image.
     #[serde(with = "by_name")]
     pub denoiser: &'static Denoiser,
     /// Emission of light paths. Frames do not depend on each other with the default here. The program's default is
@@ -325,6 +326,11 @@ impl RenderConfig {
         self.method.chooses_gather && *self.denoiser == denoiser::NONE && !keeps_path && !bounds
     }
 
+    /// Whether the finished image is denoised, and not its frames.
+    pub fn denoises_image(&self) -> bool {
+        *self.denoiser == OIDN
+    }
+
     /// Whether `indirect_end` applies: to paths that no history traces again.
     pub fn can_use_cache(&self) -> bool {
         let keeps_path = self.path_history == PathHistory::Validated && !self.method.converges;
@@ -361,7 +367,8 @@ impl RenderConfig {
     /// Returns the parts of the method's frames, without stages that do not apply. Balance needs collection points, and an
     /// automatic radius needs discs. Firefly bounds and path history apply only to methods that do not converge.
     pub fn parts(&self) -> Parts {
-        let RenderConfig { method, history, denoiser, emission, .. } = *self;
+        let RenderConfig { method, history, emission, .. } = *self;
+        let denoiser = if self.denoises_image() { &denoiser::NONE } else { self.denoiser };
         let keeps_path = self.path_history == PathHistory::Validated;
         let stages = Stages::NONE
             .with(&BALANCE, self.light_paths == Paths::Auto && method.gathers)
@@ -406,6 +413,14 @@ mod tests {
             emission: &emission::GUIDED,
             ..RenderConfig::default()
         }
+    }
+
+    #[test]
+    fn a_denoiser_of_images_takes_no_part_in_frames_which_share_no_light() {
+        let config = RenderConfig { denoiser: &OIDN, indirect_share: Some(IndirectShare::Points), ..full() };
+        assert!(config.denoises_image() && !full().denoises_image());
+        assert_eq!((config.parts().denoiser, config.parts().stages.has(&SHARE)), (&denoiser::NONE, false));
+        assert_eq!(config.run_identity()["denoiser"], OIDN.name);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Vulkan through ash: the only unsafe host code. May import `caustics_kernels::interface`, nothing else of ours.
+//! Vulkan through ash. May import `caustics_kernels::interface`, nothing else of ours.
 //!
 //! A [`context::Context`] is a device opened for compute; all other objects keep it alive. `memory` allocates the bytes of
 //! each `buffer`. `structure` builds acceleration structures.

@@ -83,7 +83,7 @@ const SCENE: &[&[&str]] = &[
 
 /// Layers of the library.
 const LIBRARY: &[&[&str]] = &[
-    &["counters", "energy", "machine", "named", "shard", "threads", "vulkan"],
+    &["counters", "energy", "machine", "named", "oidn", "shard", "threads", "vulkan"],
     &["kernels"],
     &["render_config", "accumulation"],
     &["metric", "exposure"],

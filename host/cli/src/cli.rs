@@ -33,7 +33,7 @@ pub use bench::{Bench, Quantity};
 pub use compare::{Compare, Limit};
 pub use inspect::Inspect;
 pub use pages::{Completions, Man};
-pub use parameters::{Averaged, ParameterOptions, PathTraced};
+pub use parameters::{Averaged, ParameterOptions, PathTraced, with_image_denoiser};
 pub use preset::Preset;
 pub use report::ReportOptions;
 pub use sharding::Sharding;
@@ -318,6 +318,7 @@ pub struct Common {
   caustics render still-life -o image.exr --png image.png
   caustics render path/to/scene.glb -o out.exr --preset final --width 1920 --height 1080
   caustics render mirror-room -o reference.exr --method progressive --frames 1000 --pixel-filter box --indirect-share none --indirect-end path")]
+#[command(mut_arg("denoiser", with_image_denoiser))]
 pub struct Render {
     /// Options of every command that renders an image.
     #[command(flatten)]

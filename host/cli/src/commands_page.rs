@@ -4,6 +4,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use caustics::oidn::OIDN;
 use caustics_kernels::{denoiser, emission, gather::variant, history, method};
 use clap::{Arg, Command, CommandFactory};
 
@@ -46,7 +47,7 @@ fn kinds() -> Vec<(&'static str, Vec<VariantRecord>)> {
         ("Gathers", records!(variant::ALL)),
         ("Emissions", records!(emission::ALL)),
         ("Histories", records!(history::ALL)),
-        ("Denoisers", records!(denoiser::ALL)),
+        ("Denoisers", records!(denoiser::ALL.iter().copied().chain([&OIDN]).collect::<Vec<_>>())),
     ]
 }
 
@@ -120,7 +121,7 @@ fn names(arg: &Arg) -> String {
     }
 }
 
-/// Values that an argument takes, if they can be listed: a kind of variants by its section, others one by one.
+/// Values that an argument takes, if they can be listed: the first variants of a kind by its section, others one by one.
 fn values(arg: &Arg, kinds: &[(&str, Vec<VariantRecord>)]) -> String {
     let values = if arg.get_action().takes_values() { arg.get_possible_values() } else { Vec::new() };
     let shown: Vec<_> = values.iter().filter(|value| !value.is_hide_set()).collect();
@@ -128,11 +129,12 @@ fn values(arg: &Arg, kinds: &[(&str, Vec<VariantRecord>)]) -> String {
         return String::new();
     }
     let is_kind = |records: &[VariantRecord]| {
-        shown.iter().map(|value| value.get_name()).eq(records.iter().map(|record| record[0]))
+        let names = records.iter().map(|record| record[0]).take(shown.len());
+        shown.iter().map(|value| value.get_name()).eq(names)
     };
     let list: Vec<String> = match kinds.iter().find(|(_, records)| is_kind(records)) {
-        Some((title, records)) => {
-            let names: Vec<_> = records.iter().map(|record| format!("`{}`", record[0])).collect();
+        Some((title, _)) => {
+            let names: Vec<_> = shown.iter().map(|value| format!("`{}`", value.get_name())).collect();
             return format!(": {} ([{title}](#{}))", names.join(", "), title.to_lowercase());
         }
         None => shown

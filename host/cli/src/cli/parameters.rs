@@ -2,9 +2,10 @@
 
 use std::marker::PhantomData;
 
+use caustics::oidn::OIDN;
 use caustics_bench::parameter::{
-    self, AUTO, FEATURES, MAX_BOUNCES, NotApplicable, PARAMETERS, PATHS_PER_PIXEL, Parameter, RUNNER, Values,
-    spelled,
+    self, AUTO, DENOISER, FEATURES, MAX_BOUNCES, NotApplicable, PARAMETERS, PATHS_PER_PIXEL, Parameter,
+    RUNNER, Values, spelled,
 };
 use caustics_bench::run_config::RunConfig;
 use caustics_bench::sweep::matrix_table::MatrixTable;
@@ -97,10 +98,7 @@ fn option<C: CommandParameters>(key: &'static str, description: &str, parameter:
         help += &format!(" [default: {default}]");
     }
     let parser: ValueParser = match parameter.values {
-        Values::Names(names) => {
-            let value = |(name, description)| PossibleValue::new(name).help(description);
-            PossibleValuesParser::new(names().into_iter().map(value)).into()
-        }
+        Values::Names(names) => names_parser(names()),
         Values::Numbers(_) => ValueParser::new(move |text: &str| match spelled(key, text) {
             Some((parameter, value)) => parameter.check(&value).map(|()| text.to_string()),
             None => Err(format!("there is no key {key}")),
@@ -113,6 +111,18 @@ fn option<C: CommandParameters>(key: &'static str, description: &str, parameter:
     let others =
         keys::<C>().filter(|(other, _, other_parameter)| *other_parameter == parameter && *other != key);
     arg.conflicts_with_all(others.map(|(other, ..)| other).collect::<Vec<_>>())
+}
+
+/// Parses names, and describes them in the help.
+fn names_parser(names: Vec<(&'static str, &'static str)>) -> ValueParser {
+    let value = |(name, description)| PossibleValue::new(name).help(description);
+    PossibleValuesParser::new(names.into_iter().map(value)).into()
+}
+
+/// Adds the denoiser of finished images to the values of an option for [`DENOISER`].
+pub fn with_image_denoiser(option: Arg) -> Arg {
+    let Values::Names(names) = DENOISER.values else { return option };
+    option.value_parser(names_parser([names(), vec![(OIDN.name, OIDN.description)]].concat()))
 }
 
 impl<C: CommandParameters> clap::FromArgMatches for ParameterOptions<C> {
@@ -159,7 +169,12 @@ impl<C: CommandParameters> ParameterOptions<C> {
             let Some((parameter, value)) = values.last().and_then(|value| spelled(key, value)) else {
                 continue;
             };
-            parameter.set(&mut run_config, &value).map_err(Usage)?;
+            // Only an option `with_image_denoiser` takes this name.
+            if (parameter, &*value) == (&DENOISER, OIDN.name) {
+                run_config.config.denoiser = &OIDN;
+            } else {
+                parameter.set(&mut run_config, &value).map_err(Usage)?;
+            }
         }
         Ok(run_config)
     }

@@ -9,6 +9,7 @@ use caustics::accumulation::{Accumulation, BATCHES, Shape};
 use caustics::checkpoint::{self, Checkpoint, CheckpointError, Identity};
 use caustics::energy::EnergyLedger;
 use caustics::kernels;
+use caustics::oidn::{Denoised, Oidn};
 use caustics::output::lock::{self, FileLock};
 use caustics::output::target::{Target, TargetError, remove};
 use caustics::output::{exr, png};
@@ -54,7 +55,7 @@ impl Job {
     pub fn run(self) -> anyhow::Result<ExitCode> {
         let Job { common: options, config, runner, time, stop } = self;
         let method = config.method;
-        let auxiliary = !options.aov.is_empty();
+        let auxiliary = !options.aov.is_empty() || config.denoises_image();
         let config = RenderConfig { batches: BATCHES, auxiliary, ..config.with_defaults_of_method() };
         if !time.is_finite() {
             return Err(Usage(format!("--time {time}: give a number of seconds")).into());
@@ -69,7 +70,10 @@ impl Job {
         }
         let is_interrupted = interrupt::watch()?;
         let force = options.force || options.resume;
-        let part = ShardFrames::from_options(&options, &stop)?;
+        let part = ShardFrames::from_options(&options, &config, &stop)?;
+        // Find a missing library before the first frame.
+        let threads = options.machine.threads;
+        let oidn = config.denoises_image().then(|| Oidn::from_environment(threads)).transpose()?;
         let output = part.as_ref().map_or(&options.output, |part| &part.file);
         let checkpoint = part.as_ref().map_or_else(|| checkpoint::path_of(output), |part| part.file.clone());
         for path in [&checkpoint, &lock::path_of(output)] {
@@ -179,12 +183,15 @@ impl Job {
         }
 
         let mut image = sums.mean();
-        image.auxiliary.keep(&options.aov);
         let seconds = (before + report.wall).as_secs_f64();
         let (device, frames, relative_error) = (session.device(), sums.frames(), sums.relative_error());
-        let variance = sums.variance().map(|variance| (variance, frames));
+        // The variance of the mean is not that of a denoised image.
+        let variance = sums.variance().filter(|_| oidn.is_none()).map(|variance| (variance, frames));
         // Free memory for the steps that follow.
         drop(sums);
+        let denoised = oidn.map(|oidn| oidn.denoise(&mut image)).transpose()?;
+        denoised.iter().for_each(print_denoised);
+        image.auxiliary.keep(&options.aov);
         let stops = options.view.exposure.stops_for(&image);
         let colors = match &png_target {
             Some(_) => {
@@ -203,6 +210,7 @@ impl Job {
             Some(target) => {
                 let mut attributes = kept.about;
                 end(&mut attributes, frames, seconds);
+                attributes.extend(denoised.iter().flat_map(Denoised::attributes));
                 Some((target, exr::encode(&image, variance, &attributes)?))
             }
             None => None,
@@ -238,6 +246,7 @@ impl Job {
                 "counters": report.counters, "seconds": seconds,
                 "energy": (method.gathers && has_ledger).then(|| report.energy()),
                 "estimated_relmse": relative_error.is_finite().then_some(relative_error),
+                "oidn": denoised,
             });
             print(serde_json::to_string_pretty(&out)?)?;
         } else {
@@ -246,6 +255,19 @@ impl Job {
         }
         Ok(if done { ExitCode::SUCCESS } else { ExitCode::from(130) })
     }
+}
+
+/// Prints the record of a denoised image.
+fn print_denoised(denoised: &Denoised) {
+    let Denoised { version, energy_ratio, ms, non_finite_count } = denoised;
+    if *non_finite_count > 0 {
+        message!(
+            "warning: {non_finite_count} pixels of the path layer are not finite; the denoiser takes them as black"
+        );
+    }
+    message!(
+        "Open Image Denoise {version}: {ms:.0} ms; the path layer had {energy_ratio:.5} times its energy, and was divided by that"
+    );
 }
 
 /// Turns a checkpoint that a run cannot resume from into an error of its file.

@@ -37,7 +37,11 @@ pub struct ShardFrames {
 
 impl ShardFrames {
     /// Returns the part that the options select, if it is not the whole run; `stop` has the number of all frames.
-    pub fn from_options(options: &Common, stop: &Stop) -> Result<Option<ShardFrames>, Usage> {
+    pub fn from_options(
+        options: &Common,
+        config: &RenderConfig,
+        stop: &Stop,
+    ) -> Result<Option<ShardFrames>, Usage> {
         let shard = options.sharding.asked()?;
         if !shard.is_part() {
             return Ok(None);
@@ -51,6 +55,12 @@ impl ShardFrames {
         };
         if options.png.is_some() {
             return Err(Usage("--png: a shard writes sums and no image; `caustics merge` does".into()));
+        }
+        if config.denoises_image() {
+            let name = config.denoiser.name;
+            return Err(Usage(format!(
+                "--denoiser {name}: a shard writes sums and no image, and `caustics merge` does not denoise; render without --shard"
+            )));
         }
         let frames = shard.frames(0..all).map_err(Usage)?;
         let file = options.output.with_extension(format!("{}.{SUMS}", shard.name()));

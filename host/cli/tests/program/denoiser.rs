@@ -64,3 +64,55 @@ fn methods_without_points_have_no_filter() {
     let words = ["--denoiser atrous", "--method basic"];
     render(&dir, "out.exr", &options).expect_refusal(&options, 2, &words);
 }
+
+#[test]
+fn a_missing_library_ends_the_run_before_a_file_and_says_how_to_install_it() {
+    let dir = TestDir::new();
+    let options = ["render", "mirror-room", "-o", "out.exr", "--denoiser", "oidn"];
+    let output = dir.command(&options).env("CAUSTICS_OIDN", "/no/such/library.so").output().unwrap();
+    let words = ["/no/such/library.so", "pip install pyoidn", "CAUSTICS_OIDN"];
+    Run::from_output(output).expect_refusal(&options, 1, &words);
+    assert!(!dir.path("out.exr").exists());
+}
+
+#[test]
+fn other_commands_shards_and_methods_without_points_refuse_oidn() {
+    let dir = TestDir::new();
+    let oidn = ["--denoiser", "oidn"];
+    for (command, output) in [("animate", "a####.exr"), ("bench", "b"), ("reference", "r.exr")] {
+        dir.refuses(&[&[command, "mirror-room", "-o", output][..], &oidn].concat(), 2, &["--denoiser"]);
+    }
+    dir.refuses(&[&["inspect", "mirror-room", "--pixel", "1,1"][..], &oidn].concat(), 2, &["none, atrous"]);
+    dir.refuses(&[&["view", "mirror-room"][..], &oidn].concat(), 2, &["none, atrous"]);
+    let path = ["--denoiser", "oidn", "--method", "path"];
+    render(&dir, "out.exr", &path).expect_refusal(&path, 2, &["--denoiser oidn", "--method basic"]);
+    let shard = ["--denoiser", "oidn", "--shard", "1/2", "--frames", "2"];
+    render(&dir, "out.exr", &shard).expect_refusal(&shard, 2, &["--denoiser oidn", "render without --shard"]);
+}
+
+#[test]
+fn oidn_keeps_caustics_and_the_energy_of_the_path_layer() {
+    let dir = TestDir::new();
+    let options = ["--denoiser", "oidn", "--emission", "aimed", "--frames", "2"];
+    let run = render(&dir, "smooth.exr", &options);
+    if run.stderr.contains("pip install pyoidn") {
+        return eprintln!("skipped: {}", run.stderr);
+    }
+    let smooth = run.expect_success(&options).json();
+    let plain = report(&dir, "plain.exr", &["--emission", "aimed", "--frames", "2"]);
+    assert_eq!((&smooth["denoiser"], &plain["oidn"]), (&"oidn".into(), &Value::Null));
+    let both = |name| ["plain.exr", "smooth.exr"].map(|file| channel(&dir, file, name));
+    let [before, after] = both("caustics.G");
+    assert!(before == after && before.iter().any(|&value| value > 0.0));
+    let sum = |file| -> f64 {
+        let channels = ["path.R", "path.G", "path.B"].map(|name| channel(&dir, file, name));
+        channels.iter().flatten().map(|&value| f64::from(value)).sum()
+    };
+    // The tolerance covers the roundings of 2304 pixels.
+    let (before, after) = (sum("plain.exr"), sum("smooth.exr"));
+    assert!(both("path.G")[0] != both("path.G")[1] && (before / after - 1.0).abs() < 1.0e-5);
+    let Channels { attributes, channels, .. } = Channels::read(&dir.path("smooth.exr")).unwrap();
+    assert_eq!(attributes["oidn_version"], smooth["oidn"]["version"].as_str().unwrap());
+    assert_eq!(attributes["oidn_energy_ratio"], smooth["oidn"]["energy_ratio"].to_string());
+    assert!(!channels.contains_key("variance.R") && !channels.contains_key("albedo.R"));
+}

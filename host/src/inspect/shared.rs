@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::packed::{MIN_EXPONENT, from_rgbe, rgbe_quantum};
 use caustics_kernels::interface::point::{IndirectSample, PointGeometry};
-use caustics_kernels::pass::share::{LARGEST, Samples, Taker, cell_mask, share_radius, shown};
+use caustics_kernels::pass::share::{LARGEST, Samples, Taker, cell_mask, diffuse_response, share_radius};
 use glam::Vec3;
 
 use super::{SharedLight, SharingPoint, photons};
@@ -60,7 +60,7 @@ impl Session {
         points.sort_by_key(|point| (point.pixel[1], point.pixel[0]));
         let mean = search.taken.mean(rgbe_quantum(largest));
         let own = from_rgbe(own.light[0]);
-        let factor = shown(shading, view.scene.tables().materials, params, view.features);
+        let factor = diffuse_response(shading, view.scene.tables().materials, params, view.features);
         Ok(Some(SharedLight {
             radius: search.radius,
             own: own.to_array(),

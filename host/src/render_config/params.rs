@@ -1,5 +1,6 @@
 //! Parameters of a frame for the kernels, derived from a configuration and a scene.
 
+use caustics_kernels::gather::accumulator::QUANTA_PER_PATH;
 use caustics_kernels::interface::caster::Casters;
 use caustics_kernels::interface::choice::{LightSampler, TextureFilter, ThinWalls};
 use caustics_kernels::interface::features::Features;
@@ -113,7 +114,7 @@ pub fn with_light_paths(params: FrameParams, light_paths: u32, flux: Vec3) -> Fr
     FrameParams {
         light_path_count: light_paths,
         light_path_batch: batch,
-        quantum: next_power_of_two(largest) * 2.0f32.powi(-24),
+        quantum: next_power_of_two(largest) / QUANTA_PER_PATH,
         photon_capacity: (batch * photons_per_path).max(1),
         cell_mask: batch.next_power_of_two().clamp(1024, MAX_CELLS) - 1,
         ..params

@@ -1,15 +1,28 @@
 //! The accumulator of a gather. A point has seven words: (low, high) of red, green and blue in [`Quanta`], and the number of
-//! photons. The quantum is 2^-24 of the largest flux of a light path. An addend is clamped to 2^24 times that flux, so 2^16
-//! addends of that size still fit.
+//! photons. An addend is clamped to 2^14 times the flux of a light path by power, so 2^16 addends of that size still fit.
 
 use crate::interface::counters::Counter;
 use crate::math::is_finite;
 use crate::math::quanta::{MAX_QUANTA, Quanta};
+use crate::math::rng::{pcg4d, units};
 use crate::platform::Atomics;
-use spirv_std::glam::Vec3;
+use spirv_std::glam::{UVec4, Vec3};
 
 /// Number of words of one point.
 pub const WORDS: u32 = 7;
+
+/// Quanta of the largest flux of a light path by power: 2^34. Paths of aimed and guided emission may have much less.
+pub const QUANTA_PER_PATH: f32 = 17_179_869_184.0;
+
+/// Offset by which the addend of a photon to a point is rounded, uniform in [0, 1). A photon that an emission aims at a small caster may
+/// bring less than a quantum: rounded to the nearest integer, all such photons would be lost. The offset depends on positions alone, so
+/// that all gathers round alike.
+#[inline(always)]
+pub fn rounding_offset(photon: Vec3, point: Vec3) -> f32 {
+    let other = point.x.to_bits() ^ point.y.to_bits().rotate_left(11) ^ point.z.to_bits().rotate_left(22);
+    units(pcg4d(UVec4::new(photon.x.to_bits(), photon.y.to_bits(), photon.z.to_bits(), other))).x
+}
+
 /// The sum of one point's photons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GatheredSum {
@@ -28,15 +41,16 @@ pub struct GatheredSum {
 }
 
 impl GatheredSum {
-    /// Sum of one photon that contributes `value`; `inverse_quantum` is one over the quantum.
+    /// Sum of one photon that contributes `value`; `inverse_quantum` is one over the quantum. The offset is that of
+    /// [`rounding_offset`].
     #[inline]
-    pub fn new(value: Vec3, inverse_quantum: f32) -> Self {
+    pub fn new(value: Vec3, inverse_quantum: f32, offset: f32) -> Self {
         let finite = is_finite(value.x) && is_finite(value.y) && is_finite(value.z);
         let max_quanta = value.x.max(value.y).max(value.z) * inverse_quantum;
         GatheredSum {
-            red: Quanta::from_f32(value.x, inverse_quantum),
-            green: Quanta::from_f32(value.y, inverse_quantum),
-            blue: Quanta::from_f32(value.z, inverse_quantum),
+            red: Quanta::rounded(value.x, inverse_quantum, offset),
+            green: Quanta::rounded(value.y, inverse_quantum, offset),
+            blue: Quanta::rounded(value.z, inverse_quantum, offset),
             count: 1,
             clamped: if finite && max_quanta > MAX_QUANTA { 1 } else { 0 },
             non_finite: if finite { 0 } else { 1 },
@@ -107,7 +121,7 @@ mod tests {
             let mut local = GatheredSum::default();
             let mut exact = 0u64;
             for &v in &values {
-                let sum = GatheredSum::new(Vec3::new(v, 2.0 * v, 0.5), 65_536.0);
+                let sum = GatheredSum::new(Vec3::new(v, 2.0 * v, 0.5), 65_536.0, 0.5);
                 sum.add_to(&mut atomics, 1);
                 local = local.plus(sum);
                 exact += to_u64(Quanta::from_f32(v, 65_536.0));
@@ -121,13 +135,29 @@ mod tests {
 
     #[test]
     fn addend_that_does_not_fit_is_clamped_and_counted() {
-        let sum = GatheredSum::new(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0);
+        let sum = GatheredSum::new(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0, 0.5);
         assert_eq!(
             (sum.red, sum.green, sum.blue),
             (Quanta { low: 0, high: 65_536 }, Quanta::default(), Quanta::default())
         );
         assert_eq!((sum.clamped, sum.non_finite), (0, 1));
-        assert_eq!(GatheredSum::new(Vec3::new(1.0e30, 0.0, 0.0), 1.0).clamped, 1);
-        assert_eq!(GatheredSum::new(Vec3::new(f32::INFINITY, 0.0, 0.0), 1.0).red, Quanta::default());
+        assert_eq!(GatheredSum::new(Vec3::new(1.0e30, 0.0, 0.0), 1.0, 0.5).clamped, 1);
+        assert_eq!(GatheredSum::new(Vec3::new(f32::INFINITY, 0.0, 0.0), 1.0, 0.5).red, Quanta::default());
+    }
+
+    /// A twentieth of a quantum is one in twenty photons, not nothing.
+    #[test]
+    fn the_mean_of_addends_below_a_quantum_is_exact() {
+        let count = 100_000;
+        let add = |sum: GatheredSum, index: u32| {
+            let photon = Vec3::new(index as f32 * 1.0e-4, 0.0, -1.0);
+            let offset = rounding_offset(photon, Vec3::new(0.3, 0.0, -1.1));
+            sum.plus(GatheredSum::new(Vec3::new(0.05, 0.5, 1.25), 1.0, offset))
+        };
+        let sum = (0..count).fold(GatheredSum::default(), add);
+        for (sum, mean) in [(sum.red, 0.05), (sum.green, 0.5), (sum.blue, 1.25)] {
+            let found = sum.to_f32(1.0) / count as f32;
+            assert!((found - mean).abs() < 0.005, "{found} {mean}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! `index.*` and `gather.*`: build an index, and bring photons and points together. With an index over points, each photon
 //! searches for the points that take it. With an index over photons, each point searches for the photons that it takes.
 
-use crate::gather::accumulator::GatheredSum;
+use crate::gather::accumulator::{GatheredSum, rounding_offset};
 use crate::gather::contribution::{Receiver, contribution, disc_half_extent, takes};
 use crate::gather::tables::Tables;
 use crate::gather::{Near, Visit, score};
@@ -223,7 +223,8 @@ impl Visit for PhotonGather {
             let roughness = tables.params.specular_roughness;
             let value = contribution(&shading, material, &self.light, roughness, tables.features);
             // Add the photon to the point's sum
-            let sum = GatheredSum::new(value, tables.params.inverse_quantum());
+            let offset = rounding_offset(self.geometry.position, point.position);
+            let sum = GatheredSum::new(value, tables.params.inverse_quantum(), offset);
             sum.add_to(&mut tables.accumulator, pixel);
             self.total = self.total.plus(sum);
             // Score the start of the light path
@@ -278,7 +279,8 @@ impl PointGather {
 impl Visit for PointGather {
     #[inline(always)]
     fn visit(&mut self, tables: &mut Tables<'_>, id: u32) {
-        if takes(&self.point, &tables.photon_geometry[id as usize], tables.params.max_bounces) {
+        let photon = tables.photon_geometry[id as usize];
+        if takes(&self.point, &photon, tables.params.max_bounces) {
             // Make the BSDF of the point. A GPU makes it for each photon: keeping it would halve the number of waves.
             if cfg!(target_arch = "spirv") || self.sum.count == 0 {
                 let shading = tables.point_shading[self.pixel as usize];
@@ -289,7 +291,8 @@ impl Visit for PointGather {
             // Add the photon to the point's sum
             let light = tables.photon_light[id as usize];
             let value = self.receiver.contribution(&light);
-            self.sum = self.sum.plus(GatheredSum::new(value, tables.params.inverse_quantum()));
+            let offset = rounding_offset(photon.position, self.point.position);
+            self.sum = self.sum.plus(GatheredSum::new(value, tables.params.inverse_quantum(), offset));
             // Score the start of the light path
             if light.score > 0.0 {
                 let shading = tables.point_shading[self.pixel as usize];

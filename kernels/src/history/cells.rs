@@ -5,7 +5,7 @@
 //! world. So a few marks judge positions without marks near by, across all faces of the grid. A mesh that moves has cells of its
 //! own, as its light may rest while all around it changes. Edges are powers of two; all cells share one hash table.
 
-use crate::gather::hash;
+use crate::gather::{accumulator, hash};
 use crate::history::significance::{significant_change, variance_of_sum};
 use crate::interface::frame::FrameParams;
 use crate::interface::history::VALIDATION_CELLS;
@@ -134,8 +134,7 @@ impl Mark {
     /// Light relative to the maximum of a light path.
     #[inline(always)]
     fn light(&self, params: &FrameParams) -> f32 {
-        // The largest flux of a light path is 2^24 quanta in each of three channels.
-        let light = self.flux * params.inverse_quantum() * (1.0 / (3.0 * 16_777_216.0));
+        let light = self.flux * params.inverse_quantum() * (1.0 / (3.0 * accumulator::QUANTA_PER_PATH));
         light.min(MAX_MARK_LIGHT)
     }
 }
@@ -253,7 +252,7 @@ mod tests {
             camera,
             radius_px: 1.0,
             pixel_spread: 1.0e-5,
-            quantum: 2.0f32.powi(-24),
+            quantum: 1.0 / accumulator::QUANTA_PER_PATH,
             ..Default::default()
         }
     }

@@ -102,7 +102,8 @@ pub fn is_reusable(
         && reprojected_point.accepts(history_point, along)
 }
 
-/// Maximum number of frames that reused light counts, by the turn of the view of a glossy lobe.
+/// Maximum number of frames that reused light counts, by the turn of the view of a glossy lobe. A still view turns only within its
+/// pixels, and keeps all.
 #[inline(always)]
 pub fn max_samples_by_view(
     history_point: &HistoryPoint,
@@ -113,7 +114,7 @@ pub fn max_samples_by_view(
     features: Features,
 ) -> f32 {
     let material = material_of(shading, materials, features);
-    if !is_glossy(&material, params.specular_roughness) {
+    if params.moved == 0 || !is_glossy(&material, params.specular_roughness) {
         return f32::MAX;
     }
     let mut to_viewer = shading.to_viewer;

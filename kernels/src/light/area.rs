@@ -144,6 +144,10 @@ pub fn sample_light(
     v: f32,
 ) -> LightSample {
     let face = face(light, scene, features);
+    if (position - face.a).dot(light.direction).abs() <= light.clearance {
+        // A triangle does not light its own plane: the direction would be rounding
+        return LightSample::none(position);
+    }
     let near = near(face, position);
     let (point, to_light, square);
     if near.solid_angle > 0.0 {

@@ -29,10 +29,10 @@ use spirv_std::glam::{Vec2, Vec3, Vec4};
 
 /// The layout of the maps.
 pub type GuidingPyramid = Pyramid<6>;
-/// Share of paths that start uniformly in a cone, whatever the maps hold; all cones are equally likely. Their lights are chosen by
-/// power. Where lights share maps, they are chosen uniformly or by the maps.
+/// Share of paths that start uniformly in a cone, whatever the maps hold; all cones are equally likely. Their lights are chosen
+/// uniformly or by the maps.
 pub const EVENLY: f32 = 0.125;
-/// Share of these paths whose light is chosen uniformly, where lights share maps.
+/// Share of these paths whose light is chosen uniformly, so that a dim light beside a bright one is learnt.
 const UNIFORM_LIGHT: f32 = 0.5;
 /// Share of paths that start by the maps.
 pub const KNOWN: f32 = 1.0 - BY_POWER - EVENLY;
@@ -188,7 +188,7 @@ impl EmissionMixture for Guided<'_> {
 
     #[inline(always)]
     fn light(&self, u_position: Vec4, numbers: Vec4, rng: &mut Rng) -> (u32, GuidingChoice) {
-        let ByPower { scene, params, features } = self.power;
+        let ByPower { scene, params, .. } = self.power;
         let more = rng.next4();
         let (by_power, known) = (numbers.w < BY_POWER, numbers.w >= BY_POWER + EVENLY);
         let (light_id, chosen);
@@ -201,16 +201,14 @@ impl EmissionMixture for Guided<'_> {
             // Sample a cone uniformly (or none), and a light
             let evenly = (numbers.w - BY_POWER) / EVENLY * maps_of_group(params) as f32;
             chosen = if by_power { NONE } else { (evenly as u32).min(params.casters.count) };
-            if LightPyramid::is_used(params, features) && !by_power {
-                light_id = if more.z < UNIFORM_LIGHT {
-                    ((u_position.x * params.light_count as f32) as u32).min(params.light_count - 1)
-                } else {
-                    let map = self.map_at((more.z - UNIFORM_LIGHT) / (1.0 - UNIFORM_LIGHT));
-                    self.light_at(map, u_position.x, u_position.y)
-                };
+            light_id = if by_power {
+                choose(scene.lights, params.light_count, u_position.x, u_position.y)
+            } else if more.z < UNIFORM_LIGHT {
+                ((u_position.x * params.light_count as f32) as u32).min(params.light_count - 1)
             } else {
-                light_id = choose(scene.lights, params.light_count, u_position.x, u_position.y);
-            }
+                let map = self.map_at((more.z - UNIFORM_LIGHT) / (1.0 - UNIFORM_LIGHT));
+                self.light_at(map, u_position.x, u_position.y)
+            };
         }
         (light_id, GuidingChoice { chosen, known, within: Vec2::new(more.x, more.y), own: Vec2::ZERO })
     }
@@ -285,11 +283,9 @@ impl EmissionMixture for Guided<'_> {
             }
             caster += 1;
         }
-        if LightPyramid::is_used(params, features) {
-            // Lights of the even share are chosen uniformly, or by the maps
-            let uniform_light = 1.0 / (params.light_count as f32 * by_power);
-            evenly *= UNIFORM_LIGHT * uniform_light + (1.0 - UNIFORM_LIGHT) / KNOWN * all_known * ratio;
-        }
+        // Lights of the even share are chosen uniformly, or by the maps
+        let uniform_light = 1.0 / (params.light_count as f32 * by_power);
+        evenly *= UNIFORM_LIGHT * uniform_light + (1.0 - UNIFORM_LIGHT) / KNOWN * all_known * ratio;
         // Divide the start by the density of the whole mixture
         let sample = emission.sample.over(emission.pdf, BY_POWER, evenly + guided * ratio);
         let mut score = 0.0;

@@ -56,7 +56,12 @@ impl LightRange {
         let first = first_light(lights, params, index << keys_log2);
         let end = first_light(lights, params, (index + 1) << keys_log2);
         let below = power_below(lights, params, first);
-        LightRange { first, end, below, power: power_below(lights, params, end) - below }
+        let mut power = power_below(lights, params, end) - below;
+        if first + 1 == end {
+            // Behind a bright light the difference of a dim one would be rounded to 0
+            power = lights[first as usize].pdf_light_choice;
+        }
+        LightRange { first, end, below, power }
     }
 
     /// Lights of a group.
@@ -93,7 +98,13 @@ impl LightRange {
     #[inline(always)]
     pub fn probability(&self, lights: &[Light], params: &FrameParams, light_id: u32) -> f32 {
         let power = power_below(lights, params, light_id + 1) - power_below(lights, params, light_id);
-        if self.power > 0.0 { power / self.power } else { 0.0 }
+        if self.first + 1 == self.end {
+            1.0
+        } else if self.power > 0.0 {
+            power / self.power
+        } else {
+            0.0
+        }
     }
 }
 

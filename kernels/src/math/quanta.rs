@@ -1,8 +1,9 @@
 //! 64-bit fixed point in two words: sums commute, and do not depend on the order of threads.
 
 use crate::math::{clamp, is_finite};
-use crate::platform::Atomics;
+use crate::platform::{Atomics, Words};
 use caustics_kernel_macros::shared;
+use spirv_std::glam::{UVec3, Vec3};
 
 /// Largest addend in quanta: 2^48.
 pub const MAX_QUANTA: f32 = 281_474_976_710_656.0;
@@ -20,12 +21,19 @@ pub struct Quanta {
 
 impl Quanta {
     /// Converts `value / quantum` to the nearest integer; zero if it is negative or not finite, clamped above.
-    #[shared]
+    #[inline]
     pub fn from_f32(value: f32, inverse_quantum: f32) -> Self {
+        Quanta::rounded(value, inverse_quantum, 0.5)
+    }
+
+    /// Converts `value / quantum` plus an offset below 1 to the integer below; zero if it is negative or not finite, clamped above. By
+    /// an offset that is uniform in [0, 1) the mean of many is exact.
+    #[shared]
+    pub fn rounded(value: f32, inverse_quantum: f32, offset: f32) -> Self {
         if !is_finite(value) {
             return Quanta::default();
         }
-        let quanta = clamp(value * inverse_quantum + 0.5, 0.0, MAX_QUANTA);
+        let quanta = clamp(value * inverse_quantum + offset, 0.0, MAX_QUANTA);
         Quanta::from_whole(quanta)
     }
 
@@ -91,6 +99,60 @@ impl Quanta {
         let low = self.low.wrapping_add(other.low);
         let carry = if low < self.low { 1 } else { 0 };
         Quanta { low, high: self.high.wrapping_add(other.high).wrapping_add(carry) }
+    }
+}
+
+/// Quanta of a color.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ColorQuanta {
+    /// Red.
+    pub red: Quanta,
+    /// Green.
+    pub green: Quanta,
+    /// Blue.
+    pub blue: Quanta,
+}
+
+impl ColorQuanta {
+    /// Number of words.
+    pub const WORDS: u32 = 6;
+
+    /// From integers below 2^32.
+    #[inline]
+    pub fn new(color: UVec3) -> ColorQuanta {
+        let quanta = |low| Quanta { low, high: 0 };
+        ColorQuanta { red: quanta(color.x), green: quanta(color.y), blue: quanta(color.z) }
+    }
+
+    /// From the words at `first`.
+    #[inline]
+    pub fn read<W: Words>(words: &W, first: u32) -> ColorQuanta {
+        let quanta = |word| Quanta { low: words.get(first + word), high: words.get(first + word + 1) };
+        ColorQuanta { red: quanta(0), green: quanta(2), blue: quanta(4) }
+    }
+
+    /// Sum.
+    #[inline]
+    pub fn plus(self, other: ColorQuanta) -> ColorQuanta {
+        ColorQuanta {
+            red: self.red.plus(other.red),
+            green: self.green.plus(other.green),
+            blue: self.blue.plus(other.blue),
+        }
+    }
+
+    /// Adds to the words at `first`; any number of invocations may do so at once.
+    #[inline]
+    pub fn add_to<A: Atomics>(self, words: &mut A, first: u32) {
+        self.red.add_to(words, first);
+        self.green.add_to(words, first + 2);
+        self.blue.add_to(words, first + 4);
+    }
+
+    /// Value [unit of `quantum`].
+    #[inline]
+    pub fn to_vec3(self, quantum: f32) -> Vec3 {
+        Vec3::new(self.red.to_f32(quantum), self.green.to_f32(quantum), self.blue.to_f32(quantum))
     }
 }
 

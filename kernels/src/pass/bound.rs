@@ -37,9 +37,10 @@ pub fn bound_limits(
     #[len = params.pixel_count()] mut sample_limits: Slots<'_, f32>,
 ) {
     let non_delta = |other: u32| mean(path_radiance[other as usize] - delta_prefix_radiance[other as usize]);
-    let sum = params.sum_around(pixel, AROUND, |other| Vec2::new(non_delta(other), 1.0));
-    let around = (sum.x - non_delta(pixel)).max(0.0) / (sum.y - 1.0).max(1.0);
-    sample_limits.write(pixel, MAX_OVER_MEAN * around);
+    let sum = params.sum_around(pixel, AROUND, |other| {
+        if other == pixel { Vec2::ZERO } else { Vec2::new(non_delta(other), 1.0) }
+    });
+    sample_limits.write(pixel, MAX_OVER_MEAN * sum.x / sum.y.max(1.0));
 }
 
 /// Scales the sample of a pixel down to its limit.

@@ -33,10 +33,9 @@ use crate::interface::frame::{Dispatch, FrameParams};
 use crate::interface::packed::{MIN_EXPONENT, exponent, rgbe_quanta, rgbe_quantum};
 use crate::interface::point::SHARED_DEPTHS;
 use crate::interface::radiance_cache::{CacheCell, CacheKey, CacheSample};
-use crate::math::quanta::Quanta;
+use crate::math::quanta::ColorQuanta;
 use crate::path::radiance_cache::{cell_mask, find};
 use crate::platform::{AtomicWords, Atomics, Slots, Words};
-use spirv_std::glam::{UVec3, Vec3};
 
 /// Stage that fills the radiance cache.
 #[cfg(not(target_arch = "spirv"))]
@@ -62,7 +61,7 @@ const CLAIM: u32 = 0;
 #[cfg(not(target_arch = "spirv"))]
 const ADD: u32 = 1;
 /// Words of the sums of a cell: those of its light, and the two below.
-const SUM_WORDS: u32 = 6 * SHARED_DEPTHS as u32 + 2;
+const SUM_WORDS: u32 = ColorQuanta::WORDS * SHARED_DEPTHS as u32 + 2;
 /// Index of the word with the number of samples.
 const COUNT: u32 = SUM_WORDS - 2;
 /// Index of the word with the claim of a free cell: the complement of a pixel's index, or 0.
@@ -111,11 +110,8 @@ pub fn cache_add(
     }
     let mut depth = 0;
     while depth < SHARED_DEPTHS {
-        let UVec3 { x, y, z } = rgbe_quanta(sample.light[depth], largest);
-        let word = first + 6 * depth as u32;
-        Quanta { low: x, high: 0 }.add_to(&mut cache_sums, word);
-        Quanta { low: y, high: 0 }.add_to(&mut cache_sums, word + 2);
-        Quanta { low: z, high: 0 }.add_to(&mut cache_sums, word + 4);
+        let light = ColorQuanta::new(rgbe_quanta(sample.light[depth], largest));
+        light.add_to(&mut cache_sums, first + ColorQuanta::WORDS * depth as u32);
         depth += 1;
     }
 }
@@ -144,14 +140,10 @@ pub fn cache_merge(
     cell.key = key_of(&cell, cache_sums.get(first + CLAIMED), cache_samples);
     cell.count += count as f32;
     let quantum = rgbe_quantum(cache_sums.get(largest_word(params)).max(MIN_EXPONENT));
-    let sum = |word| {
-        let sum = Quanta { low: cache_sums.get(first + word), high: cache_sums.get(first + word + 1) };
-        sum.to_f32(quantum)
-    };
     let mut depth = 0;
     while depth < SHARED_DEPTHS {
-        let word = 6 * depth as u32;
-        cell.light[depth] += Vec3::new(sum(word), sum(word + 2), sum(word + 4));
+        let sum = ColorQuanta::read(&cache_sums, first + ColorQuanta::WORDS * depth as u32);
+        cell.light[depth] += sum.to_vec3(quantum);
         depth += 1;
     }
     cache_cells.write(slot, cell);

@@ -49,7 +49,7 @@ use crate::interface::point::{
 };
 use crate::math::grid::cell;
 use crate::math::mean;
-use crate::math::quanta::Quanta;
+use crate::math::quanta::ColorQuanta;
 use crate::math::rng::pcg4d;
 #[cfg(not(target_arch = "spirv"))]
 use crate::pass::balance::BALANCE;
@@ -115,9 +115,9 @@ const MAX_CELLS: f32 = 512.0;
 const MAX_SEARCHES: u32 = 4;
 
 /// Cost of a point that shares, its part of the index included (rays of camera paths). This and the next one were measured on a CPU.
-const POINT: f32 = 0.8;
+const POINT_COST: f32 = 0.8;
 /// Cost of a point that is looked at (rays of camera paths).
-const CANDIDATE: f32 = 0.01;
+const CANDIDATE_COST: f32 = 0.01;
 /// Minimum number of frames without sharing behind one in which it did not pay. While something moves, also the maximum.
 const PAUSE: f32 = 8.0;
 /// Maximum number of frames without sharing in a still view.
@@ -242,16 +242,16 @@ pub fn share_gather(
     let mut gain = 0.0;
     if search.has_mean() {
         let change = search.taken.mean(rgbe_quantum(largest)) - from_rgbe(own);
-        let seen = shown(shading, materials, params, features) * change;
+        let seen = diffuse_response(shading, materials, params, features) * change;
         path_radiance.write(pixel, path_radiance.read(pixel) + seen);
         gain = mean(seen) * mean(seen);
     }
-    share_gains.write(pixel, Vec2::new(gain, POINT + CANDIDATE * search.candidates as f32));
+    share_gains.write(pixel, Vec2::new(gain, POINT_COST + CANDIDATE_COST * search.candidates as f32));
 }
 
 /// Throughput of the prefix times diffuse albedo: the factor from the indirect light of a white diffuse surface to that of the pixel.
 #[inline(always)]
-pub fn shown(
+pub fn diffuse_response(
     shading: &PointShading,
     materials: &[Material],
     params: &FrameParams,
@@ -373,7 +373,7 @@ pub struct Search {
     /// The last radius (m).
     pub radius: f32,
     /// Whether surfaces are too near for each radius.
-    is_near: bool,
+    surfaces_are_near: bool,
     /// Number of points that were looked at.
     candidates: u32,
 }
@@ -382,16 +382,14 @@ impl Search {
     /// Whether the point takes the mean: there are several samples, and no surface is near.
     #[inline(always)]
     pub fn has_mean(&self) -> bool {
-        !self.is_near && self.taken.count > 1
+        !self.surfaces_are_near && self.taken.count > 1
     }
 }
 
 /// Samples that a point has taken.
 #[derive(Clone, Copy, Default)]
 pub struct Taken {
-    red: Quanta,
-    green: Quanta,
-    blue: Quanta,
+    light: ColorQuanta,
     /// Number of samples. The point's own is among them, unless it is left out of the index.
     pub count: u32,
     /// Sum of min(1, radius times proximity), in 1 / `PROXIMITY_SCALE`.
@@ -404,11 +402,8 @@ impl Taken {
     /// Adds a sample: its value, and its proximity times the radius.
     #[inline(always)]
     fn plus(self, value: UVec3, proximity: f32) -> Taken {
-        let add = |sum: Quanta, value| sum.plus(Quanta { low: value, high: 0 });
         Taken {
-            red: add(self.red, value.x),
-            green: add(self.green, value.y),
-            blue: add(self.blue, value.z),
+            light: self.light.plus(ColorQuanta::new(value)),
             count: self.count + 1,
             proximity: self.proximity + (proximity.min(1.0) * PROXIMITY_SCALE) as u32,
             candidates: self.candidates,
@@ -417,15 +412,14 @@ impl Taken {
 
     /// Whether the radius exceeds its share of the harmonic mean distance.
     #[inline(always)]
-    fn is_near_surfaces(&self) -> bool {
+    fn surfaces_are_near(&self) -> bool {
         self.proximity as f32 > MAX_PROXIMITY * PROXIMITY_SCALE * self.count as f32
     }
 
     /// Mean of the samples.
     #[inline(always)]
     pub fn mean(&self, quantum: f32) -> Vec3 {
-        let sum = Vec3::new(self.red.to_f32(quantum), self.green.to_f32(quantum), self.blue.to_f32(quantum));
-        sum / self.count as f32
+        self.light.to_vec3(quantum) / self.count as f32
     }
 }
 
@@ -452,16 +446,20 @@ impl Samples<'_> {
         take: &mut impl FnMut(u32, f32),
     ) -> Search {
         let level = radius_bin(largest_radius);
-        let mut search =
-            Search { taken: Taken::default(), radius: largest_radius, is_near: true, candidates: 0 };
+        let mut search = Search {
+            taken: Taken::default(),
+            radius: largest_radius,
+            surfaces_are_near: true,
+            candidates: 0,
+        };
         let mut searches = 0;
-        while search.is_near && searches < MAX_SEARCHES {
+        while search.surfaces_are_near && searches < MAX_SEARCHES {
             if searches > 0 {
                 search.radius *= 0.5;
             }
             search.taken = self.around(taker, search.radius, level, cell_mask, take);
             search.candidates += search.taken.candidates;
-            search.is_near = search.taken.is_near_surfaces();
+            search.surfaces_are_near = search.taken.surfaces_are_near();
             searches += 1;
         }
         search

@@ -221,6 +221,8 @@ impl Segment {
             from: ray.origin,
             media,
             throughput: Vec3::ONE,
+            // Emission that the eye sees is not indirect light of the point.
+            from_prefix: true,
             finds_emission: true,
             ..Segment::NONE
         }

@@ -10,7 +10,7 @@ use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
 use crate::interface::material::{FLAGS_SCATTER_TEXTURE, Material};
 use crate::interface::point::{PhotonGeometry, PhotonLight};
-use crate::interface::ray::Ray;
+use crate::interface::ray::{Hit, Ray};
 use crate::light::emit::{EmissionSample, Emit};
 use crate::math::is_finite;
 use crate::math::rng::Rng;
@@ -21,6 +21,7 @@ use crate::surface::media::MediaStack;
 use crate::surface::scatter::{BsdfSample, ScatteringVertex};
 use crate::surface::textured::material_at;
 use crate::surface::vertex::{Vertex, vertex};
+use crate::texture::cut_out::CutOuts;
 use crate::trace::Tracer;
 use crate::trace::through_media::TracedSegment;
 use spirv_std::glam::Vec3;
@@ -65,7 +66,7 @@ pub fn trace_light_path<E: Emit, T: Tracer, S: PhotonSink, C: Atomics>(
             sink.store_photon(
                 &mut path_state,
                 path.photon_geometry(&here),
-                path.photon_light(&here, &emission),
+                path.photon_light(&here, &traced.hit, &emission, context),
             );
         }
 
@@ -262,11 +263,22 @@ impl LightPath {
     /// Light of the photon: its flux over the cosine to the face normal, see
     /// [`Receiver::contribution`](crate::gather::contribution::Receiver::contribution).
     #[inline(always)]
-    fn photon_light(&self, here: &Vertex, emission: &EmissionSample) -> PhotonLight {
+    fn photon_light(
+        &self,
+        here: &Vertex,
+        hit: &Hit,
+        emission: &EmissionSample,
+        context: PathContext<'_>,
+    ) -> PhotonLight {
+        let mut flux = self.flux / cos_arriving(here);
+        if context.features.has(Features::BLENDS) {
+            // Camera paths meet a blended surface with the same probability: the product counts its alpha once.
+            flux /= CutOuts::new(context.scene, context.features).share(hit.triangle, hit.u, hit.v);
+        }
         PhotonLight {
             to_light: here.to_previous,
             start_code: emission.start_code,
-            flux: self.flux / cos_arriving(here),
+            flux,
             score: emission.score,
         }
     }

@@ -6,7 +6,7 @@ use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
 use caustics::session::{self, RunnerChoice, Session};
 use caustics_kernels::declare::Step;
-use caustics_kernels::gather::accumulator::WORDS;
+use caustics_kernels::gather::accumulator::{WORDS, rounding_offset};
 use caustics_kernels::gather::contribution::{contribution, takes};
 use caustics_kernels::gather::points_rt::bound;
 use caustics_kernels::gather::tables::{Build, Tables};
@@ -370,7 +370,8 @@ fn million_photons_at_one_position_sum_exactly() {
     let params = params(&scene, 3, 1_000_000);
     let value = contribution(&shading, scene.materials[0], &light, params.specular_roughness, Features::ALL);
     for channel in 0..3 {
-        let one = Quanta::from_f32(value[channel], params.inverse_quantum());
+        let offset = rounding_offset(geometry.position, point.position);
+        let one = Quanta::rounded(value[channel], params.inverse_quantum(), offset);
         let exact = 1_000_000 * (u64::from(one.high) << 32 | u64::from(one.low));
         let got = u64::from(words[2 * channel + 1]) << 32 | u64::from(words[2 * channel]);
         assert!(exact > 0);

@@ -1,5 +1,6 @@
 //! Light transport as a whole: known answers, energy, and statistics of images.
 
+mod blended;
 mod convergence;
 mod degenerate;
 mod energy;

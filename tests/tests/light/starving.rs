@@ -1,12 +1,12 @@
 //! Emission by power starves where casters are small in a light's reach. Aimed paths bring the same light, and enough
 //! of them.
 
-use caustics::render_config::Paths;
 use std::f64::consts::PI;
 
-use caustics::render_config::RenderConfig;
+use caustics::render_config::{Paths, RenderConfig};
 use caustics::scene::Scene;
-use caustics_kernels::emission::AIMED;
+use caustics::session::Session;
+use caustics_kernels::emission::{AIMED, Emission, GUIDED};
 use caustics_kernels::light::aimed::Aimed;
 use caustics_tests::direct::World;
 use caustics_tests::scenes::*;
@@ -85,4 +85,71 @@ fn aimed_emission_reaches_a_ball_of_a_hundredth_of_the_room() {
     // The silhouette of a ball of 64 x 32 facets is up to 0.6 % smaller.
     let ratio = aimed.1.value / expected;
     assert!((0.99..1.003).contains(&ratio) && aimed.1.error < 0.002 * expected, "{ratio}");
+}
+
+/// Mean caustic radiance of frames with these light paths, for several seeds.
+fn seen(scene: &Scene, emission: &'static Emission, frames: std::ops::Range<u32>) -> Mean {
+    let means = (0..6).map(|seed| {
+        let config = RenderConfig {
+            width: 48,
+            height: 48,
+            seed,
+            light_paths: Paths::Count(PATHS),
+            emission,
+            ..RenderConfig::default()
+        };
+        let mut session = Session::builder(scene).config(config).build().expect("a session");
+        let mut sum = 0.0;
+        for frame in 0..frames.end {
+            session.frame(frame).expect("a frame runs");
+            if frames.contains(&frame) {
+                let image = session.image().expect("an image");
+                sum += image.caustics.iter().map(|light| f64::from(light.element_sum())).sum::<f64>();
+            }
+        }
+        sum / f64::from(frames.len() as u32)
+    });
+    Mean::from_samples(&means.collect::<Vec<_>>())
+}
+
+/// Photons of a caster that is tiny in the reach of the sun carry less than a quantum each; none of their light is lost.
+#[test]
+fn a_caustic_keeps_its_light_whatever_the_size_of_the_floor() {
+    let near = seen(&under_the_sun(4.0), &AIMED, 0..2);
+    for reach in [150.0, 400.0, 2000.0] {
+        let far = seen(&under_the_sun(reach), &AIMED, 0..2);
+        println!("{reach} m: {far:?}, 4 m: {near:?}");
+        assert!(near.error < 0.01 * near.value && far.error < 0.02 * far.value);
+        assert!(far.agrees(&near, 4.0), "{reach} m");
+    }
+}
+
+/// A lamp over a glass ball in a closed box, and a sun outside, over a floor of 1 km.
+fn lamp_beside_a_sun(has_sun: bool) -> Scene {
+    let mut b = Builder::default();
+    let (wall, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
+    b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
+    b.sphere(ball, DVec3::new(0.0, -0.5, 0.0), 0.3, 48, 24);
+    if has_sun {
+        let reach = 1000.0;
+        b.panel(wall, DVec3::NEG_Y, reach * DVec3::Z, reach * DVec3::X);
+        b.block(wall, DVec3::splat(-1.1), DVec3::splat(1.1), false);
+        b.directional(DVec3::new(0.3, -1.0, 0.1), 400.0);
+    }
+    b.light(DVec3::new(0.0, 0.9, 0.0), 1.0);
+    b.camera(DVec3::new(0.0, 0.0, 0.95), DVec3::new(0.0, -1.0, 0.0), 1.2);
+    b.build()
+}
+
+/// The lamp has less than a hundred-millionth of the power, and comes behind the sun in the table: guiding learns it.
+#[test]
+fn guided_emission_learns_a_dim_lamp_beside_a_sun() {
+    let alone = seen(&lamp_beside_a_sun(false), &GUIDED, 16..20);
+    let scene = lamp_beside_a_sun(true);
+    let shares: Vec<f32> = scene.lights.iter().map(|light| light.pdf_light_choice).collect();
+    assert!(shares[1] < 1e-8 && shares[0] > 0.5, "{shares:?}");
+    let beside = seen(&scene, &GUIDED, 16..20);
+    println!("alone {alone:?}, beside a sun {beside:?}");
+    assert!(beside.agrees(&alone, 4.0) && alone.error < 0.02 * alone.value);
+    assert!(beside.error < 0.03 * beside.value, "{beside:?}");
 }

@@ -7,7 +7,7 @@ use caustics_kernels::emission::{GUIDED, POWER};
 use caustics_kernels::gather::variant::PHOTONS_GRID;
 use caustics_kernels::interface::choice::{PixelFilter, ThinWalls};
 use caustics_kernels::interface::features::Features;
-use caustics_kernels::interface::material::Material;
+use caustics_kernels::interface::material::{FLAG_EMIT_BOTH_SIDES, FLAG_THIN, Material};
 use caustics_kernels::method::Method;
 use caustics_kernels::method::basic::BASIC;
 use caustics_kernels::method::path::PATH;
@@ -233,4 +233,24 @@ fn passed_walls_and_events_show_the_same_light() {
     // A count of bounces that is too small for events must be noticed.
     let short = RenderConfig { max_bounces: 2, ..event };
     assert!(blocks(&scene, &short, &PROGRESSIVE, 200).failure(&passed).is_some());
+}
+
+/// A shade that glows on both sides and lets light through has no light on itself: it is flat.
+#[test]
+fn a_flat_wall_that_emits_does_not_light_itself() {
+    let mut builder = Builder::default();
+    let shade = Material {
+        emission: Vec3::splat(2.0),
+        transmission: 0.5,
+        flags: FLAG_THIN | FLAG_EMIT_BOTH_SIDES,
+        ..lambert(0.8)
+    };
+    let shade = builder.material(shade);
+    // Off the axes, so that positions on it are rounded out of its plane.
+    let (right, up) = (DVec3::new(0.8, 0.3, -0.5), DVec3::new(-0.1, 0.9, 0.3));
+    builder.panel(shade, DVec3::new(0.3, 0.2, 0.1), right, up);
+    builder.camera(DVec3::new(0.3, 0.2, 0.1) - 0.5 * right.cross(up), DVec3::new(0.3, 0.2, 0.1), 0.6);
+    let found = blocks(&builder.build(), &config(5, 1), &BASIC, 4).whole();
+    println!("{found:?}");
+    assert!((found.value - 2.0).abs() < 1e-3, "{found:?}");
 }

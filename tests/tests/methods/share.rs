@@ -7,6 +7,7 @@ use caustics_kernels::emission::GUIDED;
 use caustics_kernels::interface::NONE;
 use caustics_kernels::interface::balance::{Balance, ShareBalance};
 use caustics_kernels::interface::choice::{IndirectShare, PixelFilter, Sampler};
+use caustics_kernels::interface::material::Material;
 use caustics_kernels::interface::packed::{from_bfloats, from_rgbe};
 use caustics_kernels::interface::point::{IndirectSample, PointGeometry, PointShading, SharingPoint};
 use caustics_kernels::method::PROGRESSIVE;
@@ -351,4 +352,20 @@ fn sharing_is_worth_its_time_if_it_lowers_variance_times_cost() {
 #[test]
 fn the_default_light_of_a_camera_path_gives_no_sample() {
     assert_eq!(CameraPathLight::default().indirect.light, [NONE; 3]);
+}
+
+/// Emission that the eye sees is not indirect light: sharing must not spread it over a texture.
+#[test]
+fn emission_seen_by_the_eye_is_not_shared() {
+    let mut b = Builder::default();
+    let lamp = b.material(Material { emission: Vec3::new(2.0, 1.0, 0.5), ..lambert(0.5) });
+    b.panel(lamp, DVec3::new(0.0, 0.0, -2.0), 3.0 * DVec3::X, 3.0 * DVec3::Y);
+    b.light(DVec3::new(0.0, 1.0, 0.0), 1.0);
+    b.camera(DVec3::ZERO, DVec3::NEG_Z, 0.9);
+    let mut session = open(&CPU, &b.build(), &config(IndirectShare::Points, 1));
+    session.frame(0).expect("a frame runs");
+    let samples: Vec<IndirectSample> = session.read("point_indirect").expect("samples");
+    let given = samples.iter().filter(|sample| sample.light[0] != NONE);
+    assert!(given.clone().count() > 1000, "points give samples");
+    assert!(given.clone().all(|sample| from_rgbe(sample.light[0]) == Vec3::ZERO), "a plane lights nothing");
 }

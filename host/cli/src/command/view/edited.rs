@@ -35,7 +35,7 @@ pub struct NodeInfo {
     to_parent: [[f64; 3]; 3],
 }
 
-/// What edits changed.
+/// A change by edits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Changed {
     /// Nothing.

@@ -79,7 +79,7 @@ impl Oidn {
         let [(albedo, _), (normal, _)] =
             [&image.auxiliary.albedo, &image.auxiliary.normal].map(|layer| finite(layer));
         let mut denoised = self.0.denoise([image.width, image.height], &color, &albedo, &normal)?;
-        let energy_ratio = keep_energy(&color, &mut denoised)?;
+        let energy_ratio = keep_energy(&color, &mut denoised);
         image.path = denoised;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         Ok(Denoised { version: self.0.version(), energy_ratio, ms, non_finite_count })
@@ -95,20 +95,17 @@ fn finite(layer: &[Vec3]) -> (Vec<Vec3>, usize) {
 
 /// Divides a denoised layer by the ratio of its energy to that of the noisy layer, and returns the ratio. A black layer stays
 /// black.
-fn keep_energy(noisy: &[Vec3], denoised: &mut [Vec3]) -> Result<f64, OidnError> {
+fn keep_energy(noisy: &[Vec3], denoised: &mut [Vec3]) -> f64 {
     let energy = |layer: &[Vec3]| layer.iter().map(|pixel| pixel.as_dvec3().element_sum()).sum::<f64>();
-    if noisy.iter().all(|pixel| *pixel == Vec3::ZERO) {
-        denoised.fill(Vec3::ZERO);
-        return Ok(1.0);
-    }
     let ratio = energy(denoised) / energy(noisy);
     if !(ratio.is_finite() && ratio > 0.0) {
-        return Err(OidnError::Energy(ratio));
+        denoised.copy_from_slice(noisy);
+        return 1.0;
     }
     for pixel in denoised {
         *pixel = (pixel.as_dvec3() / ratio).as_vec3();
     }
-    Ok(ratio)
+    ratio
 }
 
 #[cfg(test)]
@@ -128,13 +125,14 @@ mod tests {
     fn denoised_layer_is_divided_by_the_ratio_of_the_energies() {
         let noisy = [Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO];
         let mut denoised = [Vec3::ONE, Vec3::splat(0.5)];
-        assert_eq!(keep_energy(&noisy, &mut denoised).unwrap(), 0.75);
+        assert_eq!(keep_energy(&noisy, &mut denoised), 0.75);
         assert_eq!(denoised, [Vec3::splat(4.0 / 3.0), Vec3::splat(2.0 / 3.0)]);
         let mut denoised = [Vec3::ONE; 2];
-        assert_eq!(keep_energy(&[Vec3::ZERO; 2], &mut denoised).unwrap(), 1.0);
+        assert_eq!(keep_energy(&[Vec3::ZERO; 2], &mut denoised), 1.0);
         assert_eq!(denoised, [Vec3::ZERO; 2]);
         for wrong in [Vec3::ZERO, Vec3::NAN, Vec3::NEG_ONE, Vec3::INFINITY] {
-            assert!(matches!(keep_energy(&noisy, &mut [wrong; 2]), Err(OidnError::Energy(_))), "{wrong}");
+            let mut denoised = [wrong; 2];
+            assert_eq!((keep_energy(&noisy, &mut denoised), denoised), (1.0, noisy), "{wrong}");
         }
     }
 

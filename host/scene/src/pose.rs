@@ -31,10 +31,13 @@ impl Scene {
     ///
     /// As [`Scene::pose`].
     pub fn begin_at(&mut self, time: f64) -> Result<(), SceneError> {
+        self.pose(time)?;
         if self.motion.is_some() {
+            // Pose again, now that the pose is known to be valid
             self.instanced.forget();
+            self.pose(time)?;
         }
-        self.pose(time)
+        Ok(())
     }
 
     /// Moves a complete scene to time 0 and finds its emitters. There is no previous pose.

@@ -26,7 +26,4 @@ pub enum OidnError {
     /// The library reports an error.
     #[error("--denoiser oidn: Open Image Denoise: {0}")]
     Failed(String),
-    /// The energy of the denoised layer cannot be scaled to that of the noisy one.
-    #[error("--denoiser oidn: the denoised path layer has {0} times the energy of the noisy one")]
-    Energy(f64),
 }

@@ -1,5 +1,5 @@
 //! The accumulator of a gather. A point has seven words: (low, high) of red, green and blue in [`Quanta`], and the number of
-//! photons. An addend is clamped to 2^14 times the flux of a light path by power, so 2^16 addends of that size still fit.
+//! photons. An addend is clamped to 2^14 times the flux of a light path by power, so 2^15 addends of that size still fit.
 
 use crate::interface::counters::Counter;
 use crate::math::is_finite;
@@ -11,7 +11,7 @@ use spirv_std::glam::{UVec4, Vec3};
 /// Number of words of one point.
 pub const WORDS: u32 = 7;
 
-/// Quanta of the largest flux of a light path by power: 2^34. Paths of aimed and guided emission may have much less.
+/// Quanta of the largest flux of a light path by power, rounded up to a power of two: 2^34. Paths of aimed and guided emission may have much less.
 pub const QUANTA_PER_PATH: f32 = 17_179_869_184.0;
 
 /// Offset by which the addend of a photon to a point is rounded, uniform in [0, 1). A photon that an emission aims at a small caster may

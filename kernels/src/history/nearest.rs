@@ -102,8 +102,8 @@ pub fn is_reusable(
         && reprojected_point.accepts(history_point, along)
 }
 
-/// Maximum number of frames that reused light counts, by the turn of the view of a glossy lobe. A still view turns only within its
-/// pixels, and keeps all.
+/// Maximum number of frames that reused light counts, by the turn of the view of a glossy lobe. A still view has no
+/// limit: it turns only within its pixels.
 #[inline(always)]
 pub fn max_samples_by_view(
     history_point: &HistoryPoint,

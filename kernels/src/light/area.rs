@@ -144,8 +144,7 @@ pub fn sample_light(
     v: f32,
 ) -> LightSample {
     let face = face(light, scene, features);
-    if (position - face.a).dot(light.direction).abs() <= light.clearance {
-        // A triangle does not light its own plane: the direction would be rounding
+    if is_in_plane(light, face, position) {
         return LightSample::none(position);
     }
     let near = near(face, position);
@@ -174,6 +173,12 @@ pub fn sample_light(
         pdf_solid_angle,
         endless: false,
     }
+}
+
+/// Whether a position lies in the plane of a light, which does not light it. A sampled direction would consist of rounding errors.
+#[inline(always)]
+fn is_in_plane(light: &Light, face: Face, position: Vec3) -> bool {
+    (position - face.a).dot(light.direction).abs() <= light.clearance
 }
 
 /// Spherical triangle that a near position sees; its solid angle is 0 where the triangle is not near. It depends on triangle and
@@ -206,7 +211,11 @@ pub fn pdf_solid_angle(
     square: f32,
     cos: f32,
 ) -> f32 {
-    density(light, near(face(light, scene, features), position).solid_angle, square, cos)
+    let face = face(light, scene, features);
+    if is_in_plane(light, face, position) {
+        return 0.0;
+    }
+    density(light, near(face, position).solid_angle, square, cos)
 }
 
 /// Density (1/sr) of light sampling: by the solid angle of a near triangle, else by area.

@@ -167,19 +167,18 @@ impl Guided<'_> {
         LightRange::group(scene.lights, params, group).light_at(scene.lights, u)
     }
 
-    /// Probability that `light_at` samples a light of this leaf, over its probability by power. `power` is the leaf's share of the
-    /// power of its group.
+    /// Probability that `light_at` samples the light of a start: `in_leaf` within its leaf, `in_group` by power within its group.
     #[inline(always)]
-    fn gain(&self, map: u32, leaf: u32, power: f32) -> f32 {
+    fn probability(&self, map: u32, leaf: u32, in_leaf: f32, in_group: f32) -> f32 {
         let params = self.power.params;
         let total = self.light_total(map);
-        let mut gain = 1.0;
+        let mut probability = in_group;
         if total > 0.0 {
             let layout = LightPyramid::new(params);
             let slot = LightPyramid::offset(params) + map * layout.nodes() + layout.leaf_within(leaf);
-            gain = if power > 0.0 { self.pyramid[slot as usize] / (total * power) } else { 0.0 };
+            probability = self.pyramid[slot as usize] / total * in_leaf;
         }
-        gain
+        probability
     }
 }
 
@@ -245,10 +244,11 @@ impl EmissionMixture for Guided<'_> {
         let GuidingChoice { chosen, own, .. } = *choice;
         let group = LightRange::group(scene.lights, params, first / maps_of_group(params));
         let by_power = context.light.pdf_light_choice;
-        let ratio = group.probability(scene.lights, params, context.light_id) / by_power;
-        let mut leaf_power = 1.0;
+        let in_group = group.probability(scene.lights, params, context.light_id);
+        let mut in_leaf = in_group;
         if LightPyramid::is_used(params, features) {
-            leaf_power = LightRange::leaf(scene.lights, params, leaf).power / group.power;
+            let leaf = LightRange::leaf(scene.lights, params, leaf);
+            in_leaf = leaf.probability(scene.lights, params, context.light_id);
         }
         // Sum the density of the direction over all maps of the group, and find the map that is scored. It is the map that the
         // direction was sampled from, else the first whose cone holds the direction. So the last map learns where no cone serves.
@@ -260,7 +260,8 @@ impl EmissionMixture for Guided<'_> {
         while caster <= casters {
             let cone = self.cone(context, caster);
             let map = first + caster;
-            let share = KNOWN * self.maps[map as usize].share * self.gain(map, leaf, leaf_power);
+            let probability = self.probability(map, leaf, in_leaf, in_group);
+            let share = KNOWN * self.maps[map as usize].share * (probability / by_power);
             all_known += share;
             if !cone.is_open() {
                 closed_even += even;
@@ -285,14 +286,14 @@ impl EmissionMixture for Guided<'_> {
         }
         // Lights of the even share are chosen uniformly, or by the maps
         let uniform_light = 1.0 / (params.light_count as f32 * by_power);
-        evenly *= UNIFORM_LIGHT * uniform_light + (1.0 - UNIFORM_LIGHT) / KNOWN * all_known * ratio;
+        evenly *= UNIFORM_LIGHT * uniform_light + (1.0 - UNIFORM_LIGHT) / KNOWN * all_known;
         // Divide the start by the density of the whole mixture
-        let sample = emission.sample.over(emission.pdf, BY_POWER, evenly + guided * ratio);
+        let sample = emission.sample.over(emission.pdf, BY_POWER, evenly + guided);
         let mut score = 0.0;
         // Score the start. A group without power is never sampled from maps, and learns nothing.
-        if ratio > 0.0 {
+        if group.power > 0.0 {
             // Divide the density by that of a uniform start of the map.
-            let over_uniform = ((BY_POWER * emission.pdf + evenly) / ratio + guided) * scored_size;
+            let over_uniform = (BY_POWER * emission.pdf + evenly + guided) * (group.power * scored_size);
             // Scale to one path a pixel, whatever the number of paths.
             let paths = over_uniform * params.light_path_count as f32 / params.pixel_count() as f32;
             score = paths * paths / self.maps[(first + scored) as usize].unit;

@@ -26,8 +26,8 @@ impl Quanta {
         Quanta::rounded(value, inverse_quantum, 0.5)
     }
 
-    /// Converts `value / quantum` plus an offset below 1 to the integer below; zero if it is negative or not finite, clamped above. By
-    /// an offset that is uniform in [0, 1) the mean of many is exact.
+    /// Converts `value / quantum` plus an offset below 1 to the integer below; zero if it is negative or not finite, clamped above. An
+    /// offset that is uniform in [0, 1) makes it unbiased.
     #[shared]
     pub fn rounded(value: f32, inverse_quantum: f32, offset: f32) -> Self {
         if !is_finite(value) {
@@ -117,14 +117,14 @@ impl ColorQuanta {
     /// Number of words.
     pub const WORDS: u32 = 6;
 
-    /// From integers below 2^32.
+    /// Makes a color of integers below 2^32.
     #[inline]
     pub fn new(color: UVec3) -> ColorQuanta {
         let quanta = |low| Quanta { low, high: 0 };
         ColorQuanta { red: quanta(color.x), green: quanta(color.y), blue: quanta(color.z) }
     }
 
-    /// From the words at `first`.
+    /// Reads the words at `first`.
     #[inline]
     pub fn read<W: Words>(words: &W, first: u32) -> ColorQuanta {
         let quanta = |word| Quanta { low: words.get(first + word), high: words.get(first + word + 1) };

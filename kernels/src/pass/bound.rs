@@ -40,7 +40,7 @@ pub fn bound_limits(
     let sum = params.sum_around(pixel, AROUND, |other| {
         if other == pixel { Vec2::ZERO } else { Vec2::new(non_delta(other), 1.0) }
     });
-    sample_limits.write(pixel, MAX_OVER_MEAN * sum.x / sum.y.max(1.0));
+    sample_limits.write(pixel, MAX_OVER_MEAN * sum.x.max(0.0) / sum.y.max(1.0));
 }
 
 /// Scales the sample of a pixel down to its limit.

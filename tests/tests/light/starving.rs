@@ -124,32 +124,57 @@ fn a_caustic_keeps_its_light_whatever_the_size_of_the_floor() {
     }
 }
 
-/// A lamp over a glass ball in a closed box, and a sun outside, over a floor of 1 km.
-fn lamp_beside_a_sun(has_sun: bool) -> Scene {
+/// A lamp over a glass ball in a closed box, and other lights outside.
+fn lamp_in_a_box(add_others: fn(&mut Builder)) -> Scene {
     let mut b = Builder::default();
     let (wall, ball) = (b.material(lambert(0.6)), b.material(glass(1.5)));
     b.block(wall, DVec3::splat(-1.0), DVec3::splat(1.0), true);
     b.sphere(ball, DVec3::new(0.0, -0.5, 0.0), 0.3, 48, 24);
-    if has_sun {
-        let reach = 1000.0;
-        b.panel(wall, DVec3::NEG_Y, reach * DVec3::Z, reach * DVec3::X);
-        b.block(wall, DVec3::splat(-1.1), DVec3::splat(1.1), false);
-        b.directional(DVec3::new(0.3, -1.0, 0.1), 400.0);
-    }
+    b.block(wall, DVec3::splat(-1.1), DVec3::splat(1.1), false);
+    add_others(&mut b);
     b.light(DVec3::new(0.0, 0.9, 0.0), 1.0);
     b.camera(DVec3::new(0.0, 0.0, 0.95), DVec3::new(0.0, -1.0, 0.0), 1.2);
     b.build()
 }
 
+/// A sun over a floor of 1 km.
+fn sun(b: &mut Builder) {
+    let floor = b.material(lambert(0.6));
+    b.panel(floor, DVec3::NEG_Y, 1000.0 * DVec3::Z, 1000.0 * DVec3::X);
+    b.directional(DVec3::new(0.3, -1.0, 0.1), 400.0);
+}
+
+/// A light of ten million times the lamp's power in a far corner, which is the first in the order of space, and 60 lamps.
+fn many_lamps(b: &mut Builder) {
+    b.light(DVec3::splat(-60.0), 1.0e7);
+    for id in 0..60 {
+        b.light(DVec3::new(f64::from(id % 8), f64::from(id / 8 % 4), f64::from(id / 32)) * 3.0 + 3.0, 1.0);
+    }
+}
+
 /// The lamp has less than a hundred-millionth of the power, and comes behind the sun in the table: guiding learns it.
 #[test]
 fn guided_emission_learns_a_dim_lamp_beside_a_sun() {
-    let alone = seen(&lamp_beside_a_sun(false), &GUIDED, 16..20);
-    let scene = lamp_beside_a_sun(true);
+    let alone = seen(&lamp_in_a_box(|_| {}), &GUIDED, 16..20);
+    let scene = lamp_in_a_box(sun);
     let shares: Vec<f32> = scene.lights.iter().map(|light| light.pdf_light_choice).collect();
     assert!(shares[1] < 1e-8 && shares[0] > 0.5, "{shares:?}");
     let beside = seen(&scene, &GUIDED, 16..20);
     println!("alone {alone:?}, beside a sun {beside:?}");
     assert!(beside.agrees(&alone, 4.0) && alone.error < 0.02 * alone.value);
     assert!(beside.error < 0.03 * beside.value, "{beside:?}");
+}
+
+/// Sums of power that f32 rounds bias no light that shares its maps with others.
+#[test]
+fn dim_lamps_that_share_maps_behind_a_bright_light_keep_their_light() {
+    let alone = seen(&lamp_in_a_box(|_| {}), &GUIDED, 16..20);
+    let scene = lamp_in_a_box(many_lamps);
+    assert!(
+        scene.lights.len() == 62 && scene.lights[0].pdf_light_choice > 0.5,
+        "the bright light comes first"
+    );
+    let among = seen(&scene, &GUIDED, 16..20);
+    println!("alone {alone:?}, among many {among:?}");
+    assert!(among.agrees(&alone, 4.0) && among.error < 0.05 * among.value, "{among:?}");
 }

@@ -22,7 +22,7 @@ use super::parameters::{OneConfiguration, ParameterOptions};
 #[command(mut_arg("output", |arg| arg.help("The EXR files to write; a run of # is the frame's number: frames/####.exr")))]
 #[command(mut_arg("exposure", |arg| arg.help("Exposure of the PNGs (stops, or auto for what suits the first frame)")))]
 #[command(mut_arg("checkpoint_every", |arg| arg.help("Time between writes of what a history keeps (s)")))]
-#[command(mut_arg("force", |arg| arg.help("Remove the frames that are there and render all anew")))]
+#[command(mut_arg("force", |arg| arg.help("Remove the frames that are there, also the PNGs, and render all anew")))]
 #[command(mut_arg("png", |arg| arg.long("png-file").hide(true)), mut_arg("resume", |arg| arg.hide(true)))]
 #[command(mut_arg("no_ledger", |arg| arg.hide(true)))]
 #[command(mut_arg("tev", |arg| arg.hide(true)), mut_arg("refresh", |arg| arg.hide(true)))]

@@ -257,6 +257,9 @@ impl Job {
     }
 }
 
+/// Change of energy by a denoiser above which a warning says so.
+const MAX_ENERGY_CHANGE: f64 = 0.05;
+
 /// Prints the record of a denoised image.
 fn print_denoised(denoised: &Denoised) {
     let Denoised { version, energy_ratio, ms, non_finite_count } = denoised;
@@ -266,8 +269,13 @@ fn print_denoised(denoised: &Denoised) {
         );
     }
     message!(
-        "Open Image Denoise {version}: {ms:.0} ms; the path layer had {energy_ratio:.5} times its energy, and was divided by that"
+        "Open Image Denoise {version}: {ms:.0} ms; the denoised path layer had {energy_ratio:.5} of the energy, and was divided by that"
     );
+    if (energy_ratio - 1.0).abs() > MAX_ENERGY_CHANGE {
+        message!(
+            "warning: the denoiser removed or added much light, and the whole layer was scaled; give more --frames"
+        );
+    }
 }
 
 /// Turns a checkpoint that a run cannot resume from into an error of its file.

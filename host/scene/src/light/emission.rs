@@ -13,11 +13,13 @@ const MAX_POSITIONS: f32 = 1.0e7;
 /// Minimum and maximum number of steps along a triangle's edge.
 const STEPS: (f32, f32) = (8.0, 1000.0);
 
+/// Light that samples may have missed, in samples of full emission.
+const MISSED: f64 = 0.01;
 /// Flags of materials whose emission varies over a triangle or is reduced by alpha.
 const VARIES: u32 = FLAG_EMISSIVE_TEXTURE | FLAG_CUT_OUT | FLAG_BLEND;
 
 /// Mean radiance over a triangle (W m^-2 sr^-1), with texture and alpha, from samples half a texel apart. Where these are too many, samples
-/// are of coarser levels of the texture, so that none of its texels is missed.
+/// are of coarser levels of the texture.
 pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
     let id = scene.surfaces[triangle as usize].material as usize;
     let material = &scene.materials[id];
@@ -53,6 +55,10 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
                 sum += share(scene, triangle, u, v, footprint).as_dvec3();
             }
         }
+    }
+    if footprint > 0.0 && sum == DVec3::ZERO {
+        // A triangle without light is no emitter. Samples that are too few may have missed all lit texels.
+        sum = DVec3::splat(MISSED);
     }
     emission * sum / (f64::from(steps) * f64::from(steps))
 }

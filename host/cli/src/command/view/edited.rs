@@ -52,7 +52,7 @@ impl Edited {
         Edited { scene, file, nodes: by_node(edits), keys: edits.keys.clone() }
     }
 
-    /// Applies these edits to the scene, and tells what they changed.
+    /// Applies these edits to the scene. Returns what they changed.
     ///
     /// # Errors
     ///

@@ -144,11 +144,15 @@ fn sun(b: &mut Builder) {
     b.directional(DVec3::new(0.3, -1.0, 0.1), 400.0);
 }
 
-/// A light of ten million times the lamp's power in a far corner, which is the first in the order of space, and 60 lamps.
+/// A light of three million times the lamp's power in a far corner, which is the first in the order of space, beside 20 lamps; and 40
+/// lamps around the box.
 fn many_lamps(b: &mut Builder) {
-    b.light(DVec3::splat(-60.0), 1.0e7);
-    for id in 0..60 {
-        b.light(DVec3::new(f64::from(id % 8), f64::from(id / 8 % 4), f64::from(id / 32)) * 3.0 + 3.0, 1.0);
+    b.light(DVec3::splat(-60.0), 3.0e6);
+    for id in 0..20 {
+        b.light(DVec3::splat(-59.0 + 0.1 * f64::from(id)), 1.0);
+    }
+    for id in 0..40 {
+        b.light(DVec3::new(f64::from(id % 8), f64::from(id / 8), 0.0) * 3.0 + 3.0, 1.0);
     }
 }
 

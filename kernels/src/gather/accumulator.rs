@@ -14,9 +14,9 @@ pub const WORDS: u32 = 7;
 /// Quanta of the largest flux of a light path by power, rounded up to a power of two: 2^34. Paths of aimed and guided emission may have much less.
 pub const QUANTA_PER_PATH: f32 = 17_179_869_184.0;
 
-/// Offset by which the addend of a photon to a point is rounded, uniform in [0, 1). A photon that an emission aims at a small caster may
-/// bring less than a quantum: rounded to the nearest integer, all such photons would be lost. The offset depends on positions alone, so
-/// that all gathers round alike.
+/// Offset by which the addend of a photon to a point is rounded, uniform in [0, 1). Photons that are aimed at a small caster may bring
+/// less than half a quantum. Rounded to the nearest integer, all of them would be lost. The offset depends on positions alone, so that
+/// all gathers round alike.
 #[inline(always)]
 pub fn rounding_offset(photon: Vec3, point: Vec3) -> f32 {
     let other = point.x.to_bits() ^ point.y.to_bits().rotate_left(11) ^ point.z.to_bits().rotate_left(22);

@@ -144,8 +144,8 @@ fn sun(b: &mut Builder) {
     b.directional(DVec3::new(0.3, -1.0, 0.1), 400.0);
 }
 
-/// A light of three million times the lamp's power in a far corner, which is the first in the order of space, beside 20 lamps; and 40
-/// lamps around the box.
+/// In a far corner, which is the first in the order of space: a light of three million times the lamp's power, and 20 lamps. Around the
+/// box: 40 lamps.
 fn many_lamps(b: &mut Builder) {
     b.light(DVec3::splat(-60.0), 3.0e6);
     for id in 0..20 {

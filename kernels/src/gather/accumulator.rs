@@ -16,11 +16,12 @@ pub const QUANTA_PER_PATH: f32 = 17_179_869_184.0;
 
 /// Offset by which the addend of a photon to a point is rounded, uniform in [0, 1). Photons that are aimed at a small caster may bring
 /// less than half a quantum. Rounded to the nearest integer, all of them would be lost. The offset depends on positions alone, so that
-/// all gathers round alike.
+/// all gathers round alike. Exponents are left out, so that a unit of length of another power of two changes no bit.
 #[inline(always)]
 pub fn rounding_offset(photon: Vec3, point: Vec3) -> f32 {
-    let other = point.x.to_bits() ^ point.y.to_bits().rotate_left(11) ^ point.z.to_bits().rotate_left(22);
-    units(pcg4d(UVec4::new(photon.x.to_bits(), photon.y.to_bits(), photon.z.to_bits(), other))).x
+    let digits = |coordinate: f32| coordinate.to_bits() & 0x807f_ffff;
+    let other = digits(point.x) ^ digits(point.y).rotate_left(11) ^ digits(point.z).rotate_left(22);
+    units(pcg4d(UVec4::new(digits(photon.x), digits(photon.y), digits(photon.z), other))).x
 }
 
 /// The sum of one point's photons.

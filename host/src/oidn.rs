@@ -93,8 +93,8 @@ fn finite(layer: &[Vec3]) -> (Vec<Vec3>, usize) {
     (kept, layer.iter().filter(|pixel| !pixel.is_finite()).count())
 }
 
-/// Divides a denoised layer by the ratio of its energy to that of the noisy layer, and returns the ratio. A black layer stays
-/// black.
+/// Divides a denoised layer by the ratio of its energy to that of the noisy layer, and returns the ratio. Where that is no positive
+/// number, the layer becomes the noisy one.
 fn keep_energy(noisy: &[Vec3], denoised: &mut [Vec3]) -> f64 {
     let energy = |layer: &[Vec3]| layer.iter().map(|pixel| pixel.as_dvec3().element_sum()).sum::<f64>();
     let ratio = energy(denoised) / energy(noisy);
@@ -112,6 +112,7 @@ fn keep_energy(noisy: &[Vec3], denoised: &mut [Vec3]) -> f64 {
 mod tests {
     use super::*;
     use caustics_files::rendered_image::Auxiliary;
+    use caustics_kernels::math::rng::{Rng, Stream};
 
     #[test]
     fn missing_library_is_an_error_that_says_how_to_install_it() {
@@ -142,13 +143,6 @@ mod tests {
         assert_eq!(finite(&layer), (vec![Vec3::ONE, Vec3::ZERO, Vec3::ZERO], 2));
     }
 
-    /// Uniform number in [0, 2] for a pixel.
-    fn noise(pixel: u32) -> f32 {
-        let state = pixel.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
-        ((word >> 22) ^ word) as f32 / u32::MAX as f32 * 2.0
-    }
-
     #[test]
     fn library_removes_noise_and_keeps_energy_beside_a_pixel_that_is_not_finite() {
         let oidn = match Oidn::from_environment(0) {
@@ -156,8 +150,8 @@ mod tests {
             Err(missing) => return eprintln!("skipped: {missing}"),
         };
         let (width, height) = (96_usize, 64);
-        let mut path: Vec<Vec3> =
-            (0..(width * height) as u32).map(|pixel| Vec3::splat(noise(pixel))).collect();
+        let noise = |pixel| Vec3::splat(2.0 * Rng::new(Stream::Light, 0, pixel, 0).next4().x);
+        let mut path: Vec<Vec3> = (0..(width * height) as u32).map(noise).collect();
         path[1000] = Vec3::NAN;
         let layer = |value| vec![value; width * height];
         let (albedo, normal) = (layer(Vec3::splat(0.5)), layer(Vec3::Y));

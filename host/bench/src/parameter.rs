@@ -55,6 +55,18 @@ pub enum NotApplicable {
     Options(&'static str),
 }
 
+impl NotApplicable {
+    /// Returns this reason if the method does so.
+    fn method(does_so: bool, does: &'static str) -> Option<NotApplicable> {
+        does_so.then_some(NotApplicable::Method(does))
+    }
+
+    /// Returns this reason if other options do so.
+    fn options(do_so: bool, does: &'static str) -> Option<NotApplicable> {
+        do_so.then_some(NotApplicable::Options(does))
+    }
+}
+
 impl Display for NotApplicable {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
@@ -198,8 +210,10 @@ pub static GATHER: Parameter = Parameter {
     neutral: "",
     shown: VisualEncoding::Shape,
     not_applicable: |run| {
-        (!run.config.method.chooses_gather)
-            .then_some(NotApplicable::Method("brings photons and points together in its own way"))
+        NotApplicable::method(
+            !run.config.method.chooses_gather,
+            "brings photons and points together in its own way",
+        )
     },
     get: |run| run.config.gather.map_or("", |gather| gather.name).into(),
     set: |run, name| {
@@ -213,9 +227,7 @@ pub static CAUSTICS: Parameter = Parameter {
     description: "Light that counts as a caustic, which light paths carry",
     default: "first",
     neutral: "first",
-    not_applicable: |run| {
-        (!run.config.method.gathers).then_some(NotApplicable::Method("shoots no light paths"))
-    },
+    not_applicable: |run| NotApplicable::method(!run.config.method.gathers, "shoots no light paths"),
     ..named!(caustics: Caustics)
 };
 
@@ -225,11 +237,13 @@ pub static THIN_WALLS: Parameter = Parameter {
     default: "passed",
     neutral: "passed",
     not_applicable: |run| {
-        let event = (!run.config.method.passes_thin_walls)
-            .then_some(NotApplicable::Method("counts passing a wall as a specular event"));
-        event.or((!run.config.can_pass_thin_walls()).then_some(NotApplicable::Options(
-            "--caustics any counts passing a wall as a specular event; give --caustics first",
-        )))
+        let passes = run.config.method.passes_thin_walls;
+        NotApplicable::method(!passes, "counts passing a wall as a specular event").or(
+            NotApplicable::options(
+                !run.config.can_pass_thin_walls(),
+                "--caustics any counts passing a wall as a specular event; give --caustics first",
+            ),
+        )
     },
     ..named!(thin_walls: ThinWalls)
 };
@@ -240,8 +254,8 @@ pub static EMISSION: Parameter = Parameter {
     default: "guided",
     neutral: "power",
     not_applicable: |run| {
-        (!run.config.method.chooses_emission)
-            .then_some(NotApplicable::Method("starts light paths in its own way, or has none"))
+        let chooses = run.config.method.chooses_emission;
+        NotApplicable::method(!chooses, "starts light paths in its own way, or has none")
     },
     ..named!(emission: &Emission)
 };
@@ -271,8 +285,7 @@ pub static HISTORY: Parameter = Parameter {
     default: "none",
     neutral: "none",
     not_applicable: |run| {
-        (!run.config.method.supports_history)
-            .then_some(NotApplicable::Method("takes no light from the frame before"))
+        NotApplicable::method(!run.config.method.supports_history, "takes no light from the frame before")
     },
     ..named!(history: &History)
 };
@@ -285,13 +298,10 @@ pub static PATH_HISTORY: Parameter = Parameter {
     neutral: "none",
     shown: VisualEncoding::Color,
     not_applicable: |run| {
-        let converges = run
-            .config
-            .method
-            .converges
-            .then_some(NotApplicable::Method("converges: its frames are averaged"));
-        converges.or((!run.config.method.gathers)
-            .then_some(NotApplicable::Method("makes no collection points, which a history looks for")))
+        let method = run.config.method;
+        NotApplicable::method(method.converges, "converges: its frames are averaged").or(
+            NotApplicable::method(!method.gathers, "makes no collection points, which a history looks for"),
+        )
     },
     ..named!(path_history: PathHistory)
 };
@@ -307,13 +317,11 @@ pub static INDIRECT_SHARE: Parameter = Parameter {
     shown: VisualEncoding::Words("share-", |value| format!("shared {value}")),
     not_applicable: |run| {
         let discs = run.config.method.chooses_gather;
-        (!discs).then_some(NotApplicable::Method("makes no discs around which points share")).or((!run
-            .config
-            .can_share_indirect())
-        .then_some(NotApplicable::Options(
+        NotApplicable::method(!discs, "makes no discs around which points share").or(NotApplicable::options(
+            !run.config.can_share_indirect(),
             "a denoiser, bounded fireflies or a path history changes the light before; give --denoiser none \
-                 --fireflies kept --path-history none",
-        )))
+             --fireflies kept --path-history none",
+        ))
     },
     get: |run| run.config.indirect_share.map_or("", |share| share.name()).into(),
     set: |run, name| {
@@ -333,12 +341,10 @@ pub static INDIRECT_END: Parameter = Parameter {
     shown: VisualEncoding::Words("end-", |value| format!("ends in {value}")),
     not_applicable: |run| {
         let discs = run.config.method.chooses_gather;
-        (!discs).then_some(NotApplicable::Method("does not end camera paths in a cache")).or((!run
-            .config
-            .can_use_cache())
-        .then_some(NotApplicable::Options(
+        NotApplicable::method(!discs, "does not end camera paths in a cache").or(NotApplicable::options(
+            !run.config.can_use_cache(),
             "a path history traces camera paths again; give --path-history none",
-        )))
+        ))
     },
     get: |run| run.config.indirect_end.map_or("", |end| end.name()).into(),
     set: |run, name| {
@@ -353,7 +359,7 @@ pub static FIREFLIES: Parameter = Parameter {
     default: "kept",
     neutral: "kept",
     not_applicable: |run| {
-        run.config.method.converges.then_some(NotApplicable::Method("converges, and must lose no light"))
+        NotApplicable::method(run.config.method.converges, "converges, and must lose no light")
     },
     ..named!(fireflies: Fireflies)
 };
@@ -364,8 +370,8 @@ pub static DENOISER: Parameter = Parameter {
     default: "none",
     neutral: "none",
     not_applicable: |run| {
-        (!run.config.method.gathers)
-            .then_some(NotApplicable::Method("makes no collection points, which a denoiser looks at"))
+        let gathers = run.config.method.gathers;
+        NotApplicable::method(!gathers, "makes no collection points, which a denoiser looks at")
     },
     ..named!(denoiser: &Denoiser)
 };
@@ -409,9 +415,7 @@ pub static PATHS_PER_PIXEL: Parameter = Parameter {
         let unit = if value == "1" { "path/px" } else { "paths/px" };
         format!("{value} {unit}")
     }),
-    not_applicable: |run| {
-        (!run.config.method.gathers).then_some(NotApplicable::Method("shoots no light paths"))
-    },
+    not_applicable: |run| NotApplicable::method(!run.config.method.gathers, "shoots no light paths"),
     get: |run| run.config.light_paths.to_string(),
     set: |run, text| {
         run.config.light_paths = text.parse()?;
@@ -458,9 +462,10 @@ pub static COLLECTION_POINTS: Parameter = Parameter {
         _ if !run.config.method.chooses_gather => {
             Some(NotApplicable::Method("makes no discs for further points"))
         }
-        _ => (!run.config.can_add_points()).then_some(NotApplicable::Options(
+        _ => NotApplicable::options(
+            !run.config.can_add_points(),
             "a history reuses the light of single points; give --history none",
-        )),
+        ),
     },
     get: |run| run.config.collection_points.to_string(),
     set: |run, text| {

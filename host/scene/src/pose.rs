@@ -14,15 +14,7 @@ impl Scene {
     ///
     /// If the pose is invalid at this time; then nothing changes.
     pub fn pose(&mut self, time: f64) -> Result<(), SceneError> {
-        let recorded = self.recorded_camera(time)?;
-        if let Some(pose) = self.pose_at(time)? {
-            self.stand(&pose);
-            self.light(&pose.lights);
-        }
-        if let Some((id, camera)) = recorded {
-            self.cameras[id] = camera;
-        }
-        Ok(())
+        self.pose_after(time, |_| {})
     }
 
     /// Moves cameras, lights and meshes to a time (s), without a previous pose: nothing is in motion.
@@ -31,11 +23,19 @@ impl Scene {
     ///
     /// As [`Scene::pose`].
     pub fn begin_at(&mut self, time: f64) -> Result<(), SceneError> {
-        self.pose(time)?;
-        if self.motion.is_some() {
-            // Pose again, now that the pose is known to be valid
-            self.instanced.forget();
-            self.pose(time)?;
+        self.pose_after(time, |scene| scene.instanced.forget())
+    }
+
+    /// Moves cameras, lights and meshes to a time (s). Changes the scene before, once the pose is known to be valid.
+    fn pose_after(&mut self, time: f64, change: fn(&mut Scene)) -> Result<(), SceneError> {
+        let recorded = self.recorded_camera(time)?;
+        if let Some(pose) = self.pose_at(time)? {
+            change(self);
+            self.stand(&pose);
+            self.light(&pose.lights);
+        }
+        if let Some((id, camera)) = recorded {
+            self.cameras[id] = camera;
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use caustics_kernels::gather::accumulator::{GatheredSum, rounding_offset};
+use caustics_kernels::gather::accumulator::GatheredSum;
 use caustics_kernels::gather::contribution::{contribution, takes};
 use caustics_kernels::interface::point::{PhotonGeometry, PhotonLight, PointGeometry, PointShading};
 use caustics_kernels::light::emit::Emit;
@@ -91,8 +91,8 @@ impl Taker<'_> {
         let params = self.view.params;
         let flux: Vec3 = found.iter().map(GatheredPhoton::flux).sum();
         let add = |sum: GatheredSum, found: &GatheredPhoton| {
-            let offset = rounding_offset(found.geometry.position, self.geometry.position);
-            sum.plus(GatheredSum::new(found.value, params.inverse_quantum(), offset))
+            let (photon, point) = (found.geometry.position, self.geometry.position);
+            sum.plus(GatheredSum::new(found.value, params.inverse_quantum(), photon, point))
         };
         let GatheredSum { red, green, blue, .. } = found.iter().fold(GatheredSum::default(), add);
         let value = Vec3::from_array([red, green, blue].map(|sum| sum.to_f32(params.quantum)));

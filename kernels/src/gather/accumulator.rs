@@ -11,7 +11,8 @@ use spirv_std::glam::{UVec4, Vec3};
 /// Number of words of one point.
 pub const WORDS: u32 = 7;
 
-/// Quanta of the largest flux of a light path by power, rounded up to a power of two: 2^34. Paths of aimed and guided emission may have much less.
+/// Quanta of the largest flux of a light path by power, rounded up to a power of two: 2^34. Paths of aimed and guided emission may
+/// have much less.
 pub const QUANTA_PER_PATH: f32 = 17_179_869_184.0;
 
 /// Offset by which the addend of a photon to a point is rounded, uniform in [0, 1). Photons that are aimed at a small caster may bring
@@ -42,10 +43,15 @@ pub struct GatheredSum {
 }
 
 impl GatheredSum {
-    /// Sum of one photon that contributes `value`; `inverse_quantum` is one over the quantum. The offset is that of
-    /// [`rounding_offset`].
+    /// Sum of one photon at a position that contributes `value` to a point; `inverse_quantum` is one over the quantum.
+    #[inline(always)]
+    pub fn new(value: Vec3, inverse_quantum: f32, photon: Vec3, point: Vec3) -> Self {
+        GatheredSum::rounded(value, inverse_quantum, rounding_offset(photon, point))
+    }
+
+    /// Sum of one photon that contributes `value`, rounded by this offset.
     #[inline]
-    pub fn new(value: Vec3, inverse_quantum: f32, offset: f32) -> Self {
+    fn rounded(value: Vec3, inverse_quantum: f32, offset: f32) -> Self {
         let finite = is_finite(value.x) && is_finite(value.y) && is_finite(value.z);
         let max_quanta = value.x.max(value.y).max(value.z) * inverse_quantum;
         GatheredSum {
@@ -122,7 +128,7 @@ mod tests {
             let mut local = GatheredSum::default();
             let mut exact = 0u64;
             for &v in &values {
-                let sum = GatheredSum::new(Vec3::new(v, 2.0 * v, 0.5), 65_536.0, 0.5);
+                let sum = GatheredSum::rounded(Vec3::new(v, 2.0 * v, 0.5), 65_536.0, 0.5);
                 sum.add_to(&mut atomics, 1);
                 local = local.plus(sum);
                 exact += to_u64(Quanta::from_f32(v, 65_536.0));
@@ -136,14 +142,14 @@ mod tests {
 
     #[test]
     fn addend_that_does_not_fit_is_clamped_and_counted() {
-        let sum = GatheredSum::new(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0, 0.5);
+        let sum = GatheredSum::rounded(Vec3::new(1.0e30, -1.0, f32::NAN), 1.0, 0.5);
         assert_eq!(
             (sum.red, sum.green, sum.blue),
             (Quanta { low: 0, high: 65_536 }, Quanta::default(), Quanta::default())
         );
         assert_eq!((sum.clamped, sum.non_finite), (0, 1));
-        assert_eq!(GatheredSum::new(Vec3::new(1.0e30, 0.0, 0.0), 1.0, 0.5).clamped, 1);
-        assert_eq!(GatheredSum::new(Vec3::new(f32::INFINITY, 0.0, 0.0), 1.0, 0.5).red, Quanta::default());
+        assert_eq!(GatheredSum::rounded(Vec3::new(1.0e30, 0.0, 0.0), 1.0, 0.5).clamped, 1);
+        assert_eq!(GatheredSum::rounded(Vec3::new(f32::INFINITY, 0.0, 0.0), 1.0, 0.5).red, Quanta::default());
     }
 
     /// A twentieth of a quantum is one in twenty photons, not nothing.
@@ -152,8 +158,8 @@ mod tests {
         let count = 100_000;
         let add = |sum: GatheredSum, index: u32| {
             let photon = Vec3::new(index as f32 * 1.0e-4, 0.0, -1.0);
-            let offset = rounding_offset(photon, Vec3::new(0.3, 0.0, -1.1));
-            sum.plus(GatheredSum::new(Vec3::new(0.05, 0.5, 1.25), 1.0, offset))
+            let point = Vec3::new(0.3, 0.0, -1.1);
+            sum.plus(GatheredSum::new(Vec3::new(0.05, 0.5, 1.25), 1.0, photon, point))
         };
         let sum = (0..count).fold(GatheredSum::default(), add);
         for (sum, mean) in [(sum.red, 0.05), (sum.green, 0.5), (sum.blue, 1.25)] {

@@ -1,7 +1,7 @@
 //! `index.*` and `gather.*`: build an index, and bring photons and points together. With an index over points, each photon
 //! searches for the points that take it. With an index over photons, each point searches for the photons that it takes.
 
-use crate::gather::accumulator::{GatheredSum, rounding_offset};
+use crate::gather::accumulator::GatheredSum;
 use crate::gather::contribution::{Receiver, contribution, disc_half_extent, takes};
 use crate::gather::tables::Tables;
 use crate::gather::{Near, Visit, score};
@@ -223,8 +223,8 @@ impl Visit for PhotonGather {
             let roughness = tables.params.specular_roughness;
             let value = contribution(&shading, material, &self.light, roughness, tables.features);
             // Add the photon to the point's sum
-            let offset = rounding_offset(self.geometry.position, point.position);
-            let sum = GatheredSum::new(value, tables.params.inverse_quantum(), offset);
+            let inverse_quantum = tables.params.inverse_quantum();
+            let sum = GatheredSum::new(value, inverse_quantum, self.geometry.position, point.position);
             sum.add_to(&mut tables.accumulator, pixel);
             self.total = self.total.plus(sum);
             // Score the start of the light path
@@ -291,8 +291,9 @@ impl Visit for PointGather {
             // Add the photon to the point's sum
             let light = tables.photon_light[id as usize];
             let value = self.receiver.contribution(&light);
-            let offset = rounding_offset(photon.position, self.point.position);
-            self.sum = self.sum.plus(GatheredSum::new(value, tables.params.inverse_quantum(), offset));
+            let inverse_quantum = tables.params.inverse_quantum();
+            let sum = GatheredSum::new(value, inverse_quantum, photon.position, self.point.position);
+            self.sum = self.sum.plus(sum);
             // Score the start of the light path
             if light.score > 0.0 {
                 let shading = tables.point_shading[self.pixel as usize];

@@ -5,7 +5,8 @@
 //! world. So a few marks judge positions without marks near by, across all faces of the grid. A mesh that moves has cells of its
 //! own, as its light may rest while all around it changes. Edges are powers of two; all cells share one hash table.
 
-use crate::gather::{accumulator, hash};
+use crate::gather::accumulator::QUANTA_PER_PATH;
+use crate::gather::hash;
 use crate::history::significance::{significant_change, variance_of_sum};
 use crate::interface::frame::FrameParams;
 use crate::interface::history::VALIDATION_CELLS;
@@ -39,8 +40,8 @@ const SIZES: u32 = 9;
 const MIN_MARKS: u32 = 12;
 /// Quanta per radius of distance moved.
 const QUANTA_PER_RADIUS: f32 = 256.0;
-/// Quanta per flux of a light path. Rounding of a flux is below half a quantum.
-const QUANTA_PER_PATH: f32 = 262_144.0;
+/// Quanta per maximum flux of a light path in the sums of cells. Rounding of a flux is below half a quantum.
+const QUANTA_PER_LIGHT: f32 = 262_144.0;
 /// Distance moved from which on light is other light (radii of a point seen directly). Longer distances count as this one.
 pub const MAX_STEP: f32 = 8.0;
 /// Number of sizes of cells, from the first with enough marks on, that may find light lost.
@@ -134,7 +135,7 @@ impl Mark {
     /// Light relative to the maximum of a light path.
     #[inline(always)]
     fn light(&self, params: &FrameParams) -> f32 {
-        let light = self.flux * params.inverse_quantum() * (1.0 / (3.0 * accumulator::QUANTA_PER_PATH));
+        let light = self.flux * params.inverse_quantum() * (1.0 / (3.0 * QUANTA_PER_PATH));
         light.min(MAX_MARK_LIGHT)
     }
 }
@@ -177,9 +178,9 @@ fn add<A: Atomics>(cells: &mut A, first: u32, marks: u32, before: f32, now: f32,
     if moved != 0 {
         cells.add(first + MOVED, marks * moved);
     }
-    Quanta::from_f32(before, QUANTA_PER_PATH).add_to(cells, first + BEFORE);
+    Quanta::from_f32(before, QUANTA_PER_LIGHT).add_to(cells, first + BEFORE);
     let change = now - before;
-    let quanta = (change.abs() * QUANTA_PER_PATH + 0.5) as u32 as f32;
+    let quanta = (change.abs() * QUANTA_PER_LIGHT + 0.5) as u32 as f32;
     if quanta > 0.0 {
         let signed = if change < 0.0 { -quanta } else { quanta };
         Quanta::from_signed(signed, 1.0).add_to(cells, first + CHANGE);
@@ -252,7 +253,7 @@ mod tests {
             camera,
             radius_px: 1.0,
             pixel_spread: 1.0e-5,
-            quantum: 1.0 / accumulator::QUANTA_PER_PATH,
+            quantum: 1.0 / QUANTA_PER_PATH,
             ..Default::default()
         }
     }

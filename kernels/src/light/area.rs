@@ -100,7 +100,7 @@ fn start(
     cos: f32,
 ) -> EmissionSample {
     let TrianglePoint { weights, position } = *point;
-    let share = emission_at(scene, features, light.triangle, weights.x, weights.y);
+    let share = emission_at(scene, features, light.triangle, weights.x, weights.y, 0.0);
     let ray = Ray::endless(offset::leave(position, normal, normal, light.clearance), direction);
     let flux = light.emission * share * (PI * light.area * light.sides as f32 / light.pdf_light_choice);
     // Leave the choice of the triangle out of the solid angle: all triangles of an area light illuminate the same points.
@@ -165,7 +165,7 @@ pub fn sample_light(
         return LightSample::none(position);
     }
     let pdf_solid_angle = density(light, near.solid_angle, square, cos);
-    let share = emission_at(scene, features, light.triangle, point.weights.x, point.weights.y);
+    let share = emission_at(scene, features, light.triangle, point.weights.x, point.weights.y, 0.0);
     LightSample {
         target: offset::leave(point.position, light.direction, -to_light, light.clearance),
         to_light,

@@ -12,7 +12,7 @@
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
 use crate::declare::pass;
-use crate::gather::accumulator::{self, GatheredSum, rounding_offset};
+use crate::gather::accumulator::{self, GatheredSum};
 use crate::gather::contribution::contribution;
 use crate::gather::score::{self, score};
 #[cfg(not(target_arch = "spirv"))]
@@ -131,8 +131,7 @@ pub fn splat_kim2019(
         // Add BSDF times flux over the area of the pixel; `resolve` divides by the disc.
         let disc = PI * point.radius * point.radius;
         let value = value * (disc / area(&photon, to, distance, dispatch.level, params));
-        let offset = rounding_offset(photon.position, point.position);
-        let sum = GatheredSum::new(value, params.inverse_quantum(), offset);
+        let sum = GatheredSum::new(value, params.inverse_quantum(), photon.position, point.position);
         sum.add_to(&mut accumulator, pixel);
         if light.score > 0.0 {
             let score = score(&light, &point, &shading, value, pixel_weights[pixel as usize]);

@@ -15,7 +15,7 @@ use spirv_std::num_traits::Float;
 #[cfg(not(target_arch = "spirv"))]
 use crate::declare::Step;
 use crate::declare::pass;
-use crate::gather::accumulator::{self, GatheredSum, rounding_offset};
+use crate::gather::accumulator::{self, GatheredSum};
 use crate::gather::contribution::{contribution, is_same_surface};
 #[cfg(not(target_arch = "spirv"))]
 use crate::interface::choice::TextureFilter;
@@ -284,8 +284,9 @@ impl<A: Atomics, F: Atomics> Spread<'_, A, F> {
         let material = material_of(&shading, self.scene.materials, self.features);
         let value = contribution(&shading, material, light, self.params.specular_roughness, self.features);
         let disc = PI * point.radius * point.radius;
-        let offset = rounding_offset(geometry.position, point.position);
-        let sum = GatheredSum::new(value * (disc * weight), self.params.inverse_quantum(), offset);
+        let inverse_quantum = self.params.inverse_quantum();
+        let sum =
+            GatheredSum::new(value * (disc * weight), inverse_quantum, geometry.position, point.position);
         sum.add_to(&mut self.accumulator, pixel);
         self.path_state.set_total(&self.path_state.total().plus(sum));
         true

@@ -3,10 +3,8 @@
 use caustics_kernels::interface::features::Features;
 use caustics_kernels::interface::material::{FLAG_BLEND, FLAG_CUT_OUT, FLAG_EMISSIVE_TEXTURE};
 use caustics_kernels::interface::scene::SceneTables;
-use caustics_kernels::texture::cut_out::{CutOuts, uv};
 use caustics_kernels::texture::emission::emission_at;
-use caustics_kernels::texture::sample::sample;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// Maximum number of samples on all triangles. Above it, selection probabilities are less exact; the light is not.
 const MAX_POSITIONS: f32 = 1.0e7;
@@ -52,7 +50,7 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
                 }
                 let at = |step: u32| (step as f32 + third / 3.0) / steps as f32;
                 let (u, v) = (at(column), at(row));
-                sum += share(scene, triangle, u, v, footprint).as_dvec3();
+                sum += emission_at(scene, Features::ALL, triangle, u, v, footprint).as_dvec3();
             }
         }
     }
@@ -61,16 +59,4 @@ pub fn mean(scene: SceneTables<'_>, triangle: u32) -> DVec3 {
         sum = DVec3::splat(MISSED);
     }
     emission * sum / (f64::from(steps) * f64::from(steps))
-}
-
-/// Share of the emission that leaves a triangle, with its texture over a footprint of a width in texture coordinates.
-fn share(scene: SceneTables<'_>, triangle: u32, u: f32, v: f32, footprint: f32) -> Vec3 {
-    let id = scene.surfaces[triangle as usize].material as usize;
-    if footprint == 0.0 || scene.materials[id].flags & FLAG_EMISSIVE_TEXTURE == 0 {
-        return emission_at(scene, Features::ALL, triangle, u, v);
-    }
-    let at = uv(&scene.textures.texture_coordinates[triangle as usize], u, v);
-    let texture = scene.textures.material_textures[id].emissive;
-    let alpha = CutOuts::new(scene, Features::ALL).share(triangle, u, v);
-    sample(scene.textures, texture, at, footprint).truncate() * alpha
 }

@@ -1,8 +1,8 @@
 //! Inputs are never overwritten, even with --force, and outputs follow their folder when it moves.
 
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::Duration;
 
 use super::{TINY, listing, refuses};
 use crate::test_dir::{BINARY, TestDir};
@@ -92,26 +92,26 @@ fn companion_files_of_an_output_overwrite_no_file_of_the_scene() {
     refuses(&dir, &bench, 2, &["out/cells.csv", "is a file of the scene"]);
 }
 
-/// Moves or removes the folder of a run after the run has claimed its files.
+/// Moves or removes the folder of a run once the run has claimed its files and starts its frames: it then says with which
+/// method it renders.
 #[cfg(unix)]
-fn run_and(dir: &TestDir, arguments: &[&str], parts: usize, then: impl Fn(&Path)) {
+fn run_and(dir: &TestDir, arguments: &[&str], then: impl Fn(&Path)) {
     let out = dir.path("out");
     std::fs::create_dir(&out).unwrap();
-    let program = Command::new(BINARY)
+    let mut program = Command::new(BINARY)
         .current_dir(dir.folder())
         .args(arguments)
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let is_part = |name: &str| name.starts_with(".caustics-");
-    let part_count =
-        || listing(&out).iter().filter(|path| is_part(&path.file_name().unwrap().to_string_lossy())).count();
-    while part_count() < parts {
-        std::thread::sleep(Duration::from_millis(1));
+    let mut errors = BufReader::new(program.stderr.take().unwrap());
+    let mut said = String::new();
+    while !said.contains(", method ") {
+        assert_ne!(errors.read_line(&mut said).unwrap(), 0, "{arguments:?}: {said}");
     }
     then(&out);
-    let output = program.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    errors.read_to_string(&mut said).unwrap();
+    assert_eq!(program.wait().unwrap().code(), Some(0), "{said}");
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn a_folder_that_moves_while_a_run_writes_keeps_the_result() {
         let dir = TestDir::new();
         let moved = dir.path("moved");
         let arguments = [arguments, &TINY].concat();
-        run_and(&dir, &arguments, 1, |out| std::fs::rename(out, &moved).unwrap());
+        run_and(&dir, &arguments, |out| std::fs::rename(out, &moved).unwrap());
         let names: Vec<_> = moved.read_dir().unwrap().map(|file| file.unwrap().file_name()).collect();
         let mut names: Vec<_> = names.iter().map(|name| name.to_string_lossy().into_owned()).collect();
         names.sort();
@@ -143,8 +143,7 @@ fn a_folder_that_is_removed_while_a_run_writes_is_made_anew_for_the_result() {
     // A run of seconds, so that the folder is gone before the run ends.
     let options = ["render", "ring", "-o", "out/a.exr", "--png", "out/a.png", "--frames", "512"];
     let render = [&options, &TINY[..]].concat();
-    // Wait for the lock and for a part of each file: removing a folder fails if it gets another file meanwhile.
-    run_and(&dir, &render, 3, |out| std::fs::remove_dir_all(out).unwrap());
+    run_and(&dir, &render, |out| std::fs::remove_dir_all(out).unwrap());
     let out = dir.path("out");
     assert_eq!(listing(&out), [out.join("a.exr"), out.join("a.png")].into());
 }

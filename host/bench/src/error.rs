@@ -9,7 +9,7 @@
 
 use std::cell::OnceCell;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::gain::mean_variance;
 use caustics::image_file::Encoding;
@@ -71,7 +71,7 @@ impl Measure {
 }
 
 /// All measures, in the order of tables. Smaller is better for each.
-pub static MEASURES: [&Measure; 10] = [
+pub static MEASURES: [&Measure; 15] = [
     &FLIP,
     &FLIP_CAUSTIC_REGION,
     &FLIP_CAUSTICS,
@@ -81,6 +81,11 @@ pub static MEASURES: [&Measure; 10] = [
     &RELMSE_CAUSTICS,
     &FLICKER,
     &FLICKER_CAUSTICS,
+    &RELMSE_FLICKER,
+    &PATH_NOISE,
+    &PATH_BIAS2,
+    &CAUSTICS_NOISE,
+    &CAUSTICS_BIAS2,
     &CAUSTICS_VARIANCE,
 ];
 
@@ -199,6 +204,66 @@ pub static FLICKER_CAUSTICS: Measure = Measure {
     },
 };
 
+/// Flicker of the image, as a mean squared error.
+pub static RELMSE_FLICKER: Measure = Measure {
+    key: "relmse_flicker",
+    head: "relMSE of flicker",
+    description: "Mean squared change of the error since the frame before, relative as in relMSE: twice the relMSE of frames \
+                  with independent noise",
+    limitations: "what is steadily wrong does not flicker",
+    charted: false,
+    compute: |seen| {
+        let before = seen.reference_before?;
+        let pairs = seen.now.iter().zip(seen.before);
+        MeasuredValue::from_seeds(pairs.map(|(now, then)| {
+            let error =
+                |image: &MeasuredImage, reference: &MeasuredImage| image.whole.minus(&reference.whole);
+            seen.relative_square(&error(now, seen.reference).minus(&error(then, before)))
+        }))
+    },
+};
+
+/// Noise of the path-traced light.
+pub static PATH_NOISE: Measure = Measure {
+    key: "relmse_variance_path",
+    head: "path noise",
+    description: "Part of relMSE that is variance of the path-traced light between seeds",
+    limitations: "blur lowers it: look at the bias beside it",
+    charted: false,
+    compute: |seen| seen.split(|image| Some(&image.path)).map(|[variance, _]| variance),
+};
+
+/// Squared bias of the path-traced light.
+pub static PATH_BIAS2: Measure = Measure {
+    key: "relmse_bias2_path",
+    head: "path bias",
+    description: "Part of relMSE that is squared bias of the path-traced light: blur of a denoiser, light that lags, pixel centres \
+                  instead of a filter",
+    limitations: "noise of the reference counts as bias",
+    charted: false,
+    compute: |seen| seen.split(|image| Some(&image.path)).map(|[_, bias2]| bias2),
+};
+
+/// Noise of the caustics, relative to all light.
+pub static CAUSTICS_NOISE: Measure = Measure {
+    key: "relmse_variance_caustics",
+    head: "caustic noise",
+    description: "Part of relMSE that is variance of the caustics between seeds",
+    limitations: "blur lowers it: look at the bias beside it",
+    charted: false,
+    compute: |seen| seen.split(|image| image.caustics.as_ref()).map(|[variance, _]| variance),
+};
+
+/// Squared bias of the caustics, relative to all light.
+pub static CAUSTICS_BIAS2: Measure = Measure {
+    key: "relmse_bias2_caustics",
+    head: "caustic bias",
+    description: "Part of relMSE that is squared bias of the caustics: blur of discs, light that lags",
+    limitations: "noise of the reference counts as bias",
+    charted: false,
+    compute: |seen| seen.split(|image| image.caustics.as_ref()).map(|[_, bias2]| bias2),
+};
+
 /// Variance of the caustics.
 pub static CAUSTICS_VARIANCE: Measure = Measure {
     key: "caustics_variance_radiance2",
@@ -248,6 +313,39 @@ impl<'a> Seen<'a> {
     }
 }
 
+impl Seen<'_> {
+    /// Mean square of a difference of images, relative to the reference as relMSE is.
+    fn relative_square(&self, difference: &Pixels) -> Option<f64> {
+        let reference = &self.reference.whole;
+        let eps = relmse::min_square(reference);
+        let weigh = |(value, reference): (&DVec3, &DVec3)| {
+            (value * value / (reference * reference + eps)).element_sum()
+        };
+        let sum: f64 = difference.values.iter().zip(&reference.values).map(weigh).sum();
+        (eps > 0.0).then(|| sum / (3 * reference.values.len()) as f64).and_then(finite)
+    }
+
+    /// Variance of a layer between seeds, and its squared bias without that of the variance, both relative to all light. Their sum is
+    /// the layer's part of relMSE.
+    fn split(&self, layer: fn(&MeasuredImage) -> Option<&Pixels>) -> Option<[MeasuredValue; 2]> {
+        let reference = layer(self.reference)?;
+        let runs = self.now.iter().map(layer).collect::<Option<Vec<_>>>()?;
+        let count = runs.len() as f64;
+        if runs.len() < 2 {
+            return None;
+        }
+        let mut mean = runs[0].clone();
+        for run in &runs[1..] {
+            mean.values.iter_mut().zip(&run.values).for_each(|(sum, value)| *sum += *value);
+        }
+        mean.values.iter_mut().for_each(|sum| *sum /= count);
+        let squares = runs.iter().map(|run| self.relative_square(&run.minus(&mean))).sum::<Option<f64>>()?;
+        let variance = squares / (count - 1.0);
+        let bias2 = self.relative_square(&mean.minus(reference))? - variance / count;
+        Some([variance, bias2].map(|value| MeasuredValue { value, standard_error: None }))
+    }
+}
+
 /// Mean of the values; none where a value is missing.
 pub fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
     let count = values.len() as f64;
@@ -259,6 +357,8 @@ pub fn mean(values: impl ExactSizeIterator<Item = Option<f64>>) -> Option<f64> {
 pub struct MeasuredImage {
     /// All light.
     whole: Pixels,
+    /// The path-traced light alone.
+    path: Pixels,
     /// The caustics alone.
     caustics: Option<Pixels>,
     /// The measured caustics over the reference's other light.
@@ -289,6 +389,7 @@ impl MeasuredImage {
         let region = caustics.as_ref().and_then(|caustics| CausticRegion::new(&whole, caustics));
         MeasuredImage {
             whole,
+            path: pixels(image.path.clone()),
             caustics,
             caustics_over_reference: split.then(over_reference),
             radiance: image.caustics.clone(),
@@ -430,6 +531,36 @@ mod tests {
         assert_eq!(measures.map(seen(&[&dim, &dim], &[&dim, &dim], [&dim, &dim])), [Some(0.0); 3]);
         let found = [&FLICKER].map(seen(&[&bright], &[], [&dim, &bright]));
         assert_eq!(found, [None], "no frame before");
+    }
+
+    /// Two seeds around a mean that is a tenth too bright.
+    #[test]
+    fn relmse_is_split_into_variance_and_bias_of_the_layers() {
+        let reference = image(0.2, 0.1);
+        let (low, high) = (image(0.2, 0.09), image(0.2, 0.13));
+        let measures = [&PATH_NOISE, &PATH_BIAS2, &CAUSTICS_NOISE, &CAUSTICS_BIAS2, &RELMSE];
+        let [path, path_bias2, noise, bias2, relmse] =
+            measures.map(seen(&[&low, &high], &[], [&reference, &reference])).map(Option::unwrap);
+        assert_eq!((path, path_bias2), (0.0, 0.0));
+        // Deviations are 0.02 and the bias 0.01 of a light of 0.3, but for eps.
+        assert!(
+            (noise / (2.0 * 0.02_f64.powi(2)) - bias2 / (0.01_f64.powi(2) - 0.02_f64.powi(2))).abs() < 1e-6
+        );
+        assert!((noise + bias2 - relmse).abs() < 1e-9, "{noise} {bias2} {relmse}");
+        // One seed has no variance.
+        assert_eq!([&PATH_NOISE].map(seen(&[&low], &[], [&reference, &reference])), [None]);
+    }
+
+    #[test]
+    fn steady_errors_do_not_flicker() {
+        let (reference, low, high) = (image(0.2, 0.1), image(0.2, 0.09), image(0.2, 0.13));
+        let flicker = |now, before| {
+            [&RELMSE_FLICKER].map(seen(&[now], &[before], [&reference, &reference]))[0].unwrap()
+        };
+        assert_eq!(flicker(&low, &low), 0.0);
+        let of_error = |image| alone(image, &reference, [&RELMSE])[0].unwrap();
+        // From -0.01 to +0.03: a square of 0.04.
+        assert!((flicker(&high, &low) / of_error(&low) - 16.0).abs() < 1e-3);
     }
 
     #[test]

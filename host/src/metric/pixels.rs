@@ -70,6 +70,12 @@ impl Pixels {
         self.values.iter().map(|value| value.element_sum()).sum::<f64>() / (3 * self.values.len()) as f64
     }
 
+    /// Returns the difference to an image of the same size.
+    pub fn minus(&self, other: &Pixels) -> Pixels {
+        let pairs = self.values.iter().zip(&other.values);
+        Pixels { values: pairs.map(|(a, b)| a - b).collect(), width: self.width, height: self.height }
+    }
+
     /// Applies a function to each pixel.
     pub fn map(&self, change: impl Fn(DVec3) -> DVec3 + Sync) -> Pixels {
         Pixels {

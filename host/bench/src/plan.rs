@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use caustics::render_config::RenderConfig;
+use caustics_kernels::interface::choice::PixelFilter;
 
 /// Frames whose errors are measured.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,6 +35,8 @@ pub struct MeasurementPlan {
     pub time: bool,
     /// The frames whose errors are measured.
     pub compared: Compared,
+    /// Position of the references' rays within a pixel; none: that of the images.
+    pub reference_pixel_filter: Option<PixelFilter>,
     /// Number of independent seeds of each run configuration, from the settings' seed on.
     pub seeds: u32,
 }

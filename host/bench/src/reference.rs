@@ -4,6 +4,8 @@
 //! Radii start as the disc of a pixel's footprint and shrink with the frames, to less than half of it in 256 frames.
 //! Configurations with a smaller radius are not blurred more than their reference. All frames use one seed: where nothing
 //! moves, the reference does not change at all.
+//!
+//! References may have a pixel filter of their own: against a box, errors of rays through pixel centres include aliasing.
 
 use caustics::render_config::{Paths, Radius};
 use std::cell::RefCell;
@@ -27,7 +29,7 @@ use caustics::render_config::RenderConfig;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::Session;
-use caustics_kernels::interface::choice::{IndirectEnd, IndirectShare, Sampler};
+use caustics_kernels::interface::choice::{IndirectEnd, IndirectShare, PixelFilter, Sampler, TextureFilter};
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::{denoiser, history};
 
@@ -74,7 +76,12 @@ impl<'a> References<'a> {
         cache: &Path,
     ) -> References<'a> {
         let pixels = plan.config.width * plan.config.height;
+        let filter = plan.reference_pixel_filter;
+        // Where rays over the whole pixel are averaged, the finest texture level is exact.
+        let is_box = filter == Some(PixelFilter::Box);
         let config = RenderConfig {
+            pixel_filter: filter.unwrap_or(plan.config.pixel_filter),
+            texture_filter: if is_box { Some(TextureFilter::Finest) } else { plan.config.texture_filter },
             method: &PROGRESSIVE,
             light_paths: Paths::Count(LIGHT_PATHS_PER_PIXEL * pixels),
             radius: Radius::Px(1.0),

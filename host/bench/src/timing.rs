@@ -105,6 +105,7 @@ mod tests {
             warm_up: 0,
             time: true,
             compared: Compared::Last,
+            reference_pixel_filter: None,
             seeds: 1,
         }
     }

@@ -12,7 +12,7 @@ use crate::reference::SEED;
 use crate::renamed;
 use caustics::exact;
 use caustics::memory;
-use caustics::named::by_name;
+use caustics::named::{by_name, by_name_if_any};
 use caustics::render_config::RenderConfig;
 use caustics::scene::{
     BvhCache, BvhOptions, BvhQuality, DefaultLight, EnvironmentMap, LoadOptions, Radiance, SceneError,
@@ -53,6 +53,9 @@ pub struct SweepConfig {
     /// Position within a pixel of its rays.
     #[serde(default = "centre", deserialize_with = "by_name::deserialize")]
     pub pixel_filter: PixelFilter,
+    /// Position of the references' rays within a pixel; none: that of the images. `box` also takes the finest texture level.
+    #[serde(default, deserialize_with = "by_name_if_any::deserialize")]
+    pub reference_pixel_filter: Option<PixelFilter>,
     /// Radiance behind everything (W m^-2 sr^-1); none: the scene's own.
     #[serde(default, deserialize_with = "exact::optional")]
     pub background: Option<[f32; 3]>,

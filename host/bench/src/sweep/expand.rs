@@ -165,6 +165,7 @@ impl SweepPart {
             warm_up: 0,
             time: false,
             compared: Compared::Last,
+            reference_pixel_filter: config.reference_pixel_filter,
             seeds: 1,
         }
     }
@@ -213,6 +214,7 @@ impl SweepPart {
             texture_filter: _,
             specular_roughness: _,
             pixel_filter: _,
+            reference_pixel_filter,
             background: _,
             environment: _,
             default_light: _,
@@ -226,8 +228,11 @@ impl SweepPart {
         } = config;
         let moves = self.moves(config).then_some((fps.0, first_frame));
         let (view, size) = (&self.view, self.timed_size);
+        // Sweeps without this key keep the identities that they had before it.
+        let reference =
+            reference_pixel_filter.map_or(String::new(), |filter| format!("references {} ", filter.name()));
         let text = format!(
-            "{view} {moves:?} {moment_s:?} seed {seed} {exposure} {time:?} {size:?} {error:?} {}",
+            "{reference}{view} {moves:?} {moment_s:?} seed {seed} {exposure} {time:?} {size:?} {error:?} {}",
             run.key()
         );
         digest(&text)

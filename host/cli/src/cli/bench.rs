@@ -3,10 +3,11 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
+use caustics_kernels::interface::choice::PixelFilter;
 use clap::{Args, ValueEnum};
 
 use super::parameters::{ManyConfigurations, ParameterOptions};
-use super::{ImageOptions, Loading, Machine};
+use super::{ImageOptions, Loading, Machine, named};
 
 /// Options of `bench`, which runs a sweep of one scene.
 #[derive(Args, Debug)]
@@ -52,6 +53,9 @@ pub struct Bench {
     /// Frames of each reference
     #[arg(long, default_value_t = 256)]
     pub reference_frames: u32,
+    /// Position of the references' rays within a pixel; box also takes the finest texture level [default: that of the images]
+    #[arg(long, value_parser = named::<PixelFilter>())]
+    pub reference_pixel_filter: Option<PixelFilter>,
     /// Runner of the command.
     #[command(flatten)]
     pub machine: Machine,

@@ -79,6 +79,7 @@ fn config(options: &Bench) -> anyhow::Result<SweepConfig> {
         texture_filter: view.texture_filter.unwrap_or(TextureFilter::Cone),
         specular_roughness: view.specular_roughness,
         pixel_filter: view.pixel_filter.unwrap_or(PixelFilter::Centre),
+        reference_pixel_filter: options.reference_pixel_filter,
         background: view.background.as_deref().map(color).transpose()?.map(|color| color.to_array()),
         environment: view.environment.clone().map(|source| EnvironmentTable {
             source,

@@ -7,7 +7,7 @@ use caustics::image_file::Channels;
 use caustics::render_config::RenderConfig;
 use caustics::scene::{Scene, resolve};
 use caustics_bench::error::{
-    CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, FLIP_CAUSTIC_REGION, MEASURES, RELMSE,
+    CAUSTICS_VARIANCE, FLICKER, FLICKER_CAUSTICS, FLIP, FLIP_CAUSTIC_REGION, MEASURES, PATH_BIAS2, RELMSE,
     RELMSE_CAUSTICS, RELMSE_FLICKER, RELMSE_TRIMMED, RELMSE_TRIMMED_CAUSTIC_REGION,
 };
 use caustics_bench::measure::measure;
@@ -112,6 +112,23 @@ fn time_and_error_of_every_history_and_frame_are_measured() {
 }
 
 #[test]
+fn references_of_whole_pixels_count_aliasing_as_bias() {
+    let dir = BenchDir::new();
+    let size = ["--width", "40", "--height", "24", "--paths-per-pixel", "0.1", "--reference-frames", "128"];
+    let run =
+        ["bench", "mirror-room", "--runner", "cpu", "--measure", "error", "--seeds", "16", "--frames", "1"];
+    let bias2 = |filter: &[&str]| {
+        let arguments = [&run[..], &size, &["-o", "out"], filter].concat();
+        dir.run(&arguments).expect_success(&arguments);
+        let results = dir.results();
+        std::fs::remove_dir_all(dir.path("out")).unwrap();
+        results[0].error.as_ref().unwrap().get(&PATH_BIAS2).unwrap()
+    };
+    let (centre, pixel) = (bias2(&[]), bias2(&["--reference-pixel-filter", "box"]));
+    assert!(pixel > 3.0 * centre.abs(), "{pixel} {centre}");
+}
+
+#[test]
 fn configurations_of_all_parameters_are_measured() {
     let dir = BenchDir::new();
     let run = [
@@ -177,6 +194,7 @@ fn each_configuration_gets_the_first_turn() {
         warm_up: 0,
         time: true,
         compared: Compared::Last,
+        reference_pixel_filter: None,
         seeds: 1,
     };
     let mut records: Vec<FrameRecord> = Vec::new();

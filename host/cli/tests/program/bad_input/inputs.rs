@@ -92,8 +92,7 @@ fn companion_files_of_an_output_overwrite_no_file_of_the_scene() {
     refuses(&dir, &bench, 2, &["out/cells.csv", "is a file of the scene"]);
 }
 
-/// Moves or removes the folder of a run once the run has claimed its files and starts its frames: it then says with which
-/// method it renders.
+/// Moves or removes the folder of a run that has claimed its files. Before its first frame a run names its method.
 #[cfg(unix)]
 fn run_and(dir: &TestDir, arguments: &[&str], then: impl Fn(&Path)) {
     let out = dir.path("out");
@@ -105,13 +104,13 @@ fn run_and(dir: &TestDir, arguments: &[&str], then: impl Fn(&Path)) {
         .spawn()
         .unwrap();
     let mut errors = BufReader::new(program.stderr.take().unwrap());
-    let mut said = String::new();
-    while !said.contains(", method ") {
-        assert_ne!(errors.read_line(&mut said).unwrap(), 0, "{arguments:?}: {said}");
+    let mut printed = String::new();
+    while !printed.contains(", method ") {
+        assert_ne!(errors.read_line(&mut printed).unwrap(), 0, "{arguments:?}: {printed}");
     }
     then(&out);
-    errors.read_to_string(&mut said).unwrap();
-    assert_eq!(program.wait().unwrap().code(), Some(0), "{said}");
+    errors.read_to_string(&mut printed).unwrap();
+    assert_eq!(program.wait().unwrap().code(), Some(0), "{printed}");
 }
 
 #[test]

@@ -17,6 +17,7 @@ use caustics::metric::caustic_region::CausticRegion;
 use caustics::metric::error_map::ErrorMap;
 use caustics::metric::flip::PIXELS_PER_DEGREE;
 use caustics::metric::flip_ldr::flip_ldr;
+use caustics::metric::percentile::percentile;
 use caustics::metric::pixels::Pixels;
 use caustics::metric::relmse;
 use caustics::rendered_image::RenderedImage;
@@ -208,17 +209,20 @@ pub static FLICKER_CAUSTICS: Measure = Measure {
 pub static RELMSE_FLICKER: Measure = Measure {
     key: "relmse_flicker",
     head: "relMSE of flicker",
-    description: "Mean squared change of the error since the frame before, relative as in relMSE: twice the relMSE of frames \
-                  with independent noise",
-    limitations: "what is steadily wrong does not flicker",
+    description: "Mean squared change of the relative error since the frame before, without the worst 0.1 % of the pixels: \
+                  twice the trimmed relMSE of frames with independent noise",
+    limitations: "what is steadily wrong does not flicker; fireflies are left out",
     charted: false,
     compute: |seen| {
         let before = seen.reference_before?;
+        let relative = |image: &MeasuredImage, reference: &MeasuredImage| {
+            relative_to(&image.whole.minus(&reference.whole), &reference.whole)
+        };
         let pairs = seen.now.iter().zip(seen.before);
         MeasuredValue::from_seeds(pairs.map(|(now, then)| {
-            let error =
-                |image: &MeasuredImage, reference: &MeasuredImage| image.whole.minus(&reference.whole);
-            seen.relative_square(&error(now, seen.reference).minus(&error(then, before)))
+            let changes = relative(now, seen.reference).into_iter().zip(relative(then, before));
+            let squares: Vec<f64> = changes.map(|(now, then)| (now - then).length_squared() / 3.0).collect();
+            finite(relmse::trimmed(&squares))
         }))
     },
 };
@@ -227,7 +231,7 @@ pub static RELMSE_FLICKER: Measure = Measure {
 pub static PATH_NOISE: Measure = Measure {
     key: "relmse_variance_path",
     head: "path noise",
-    description: "Part of relMSE that is variance of the path-traced light between seeds",
+    description: "Part of trimmed relMSE that is variance of the path-traced light between seeds",
     limitations: "blur lowers it: look at the bias beside it",
     charted: false,
     compute: |seen| seen.split(|image| Some(&image.path)).map(|[variance, _]| variance),
@@ -237,7 +241,7 @@ pub static PATH_NOISE: Measure = Measure {
 pub static PATH_BIAS2: Measure = Measure {
     key: "relmse_bias2_path",
     head: "path bias",
-    description: "Part of relMSE that is squared bias of the path-traced light: blur of a denoiser, light that lags, pixel centres \
+    description: "Part of trimmed relMSE that is squared bias of the path-traced light: blur of a denoiser, light that lags, pixel centres \
                   instead of a filter",
     limitations: "noise of the reference counts as bias",
     charted: false,
@@ -248,7 +252,7 @@ pub static PATH_BIAS2: Measure = Measure {
 pub static CAUSTICS_NOISE: Measure = Measure {
     key: "relmse_variance_caustics",
     head: "caustic noise",
-    description: "Part of relMSE that is variance of the caustics between seeds",
+    description: "Part of trimmed relMSE that is variance of the caustics between seeds",
     limitations: "blur lowers it: look at the bias beside it",
     charted: false,
     compute: |seen| seen.split(|image| image.caustics.as_ref()).map(|[variance, _]| variance),
@@ -258,7 +262,7 @@ pub static CAUSTICS_NOISE: Measure = Measure {
 pub static CAUSTICS_BIAS2: Measure = Measure {
     key: "relmse_bias2_caustics",
     head: "caustic bias",
-    description: "Part of relMSE that is squared bias of the caustics: blur of discs, light that lags",
+    description: "Part of trimmed relMSE that is squared bias of the caustics: blur of discs, light that lags",
     limitations: "noise of the reference counts as bias",
     charted: false,
     compute: |seen| seen.split(|image| image.caustics.as_ref()).map(|[_, bias2]| bias2),
@@ -314,19 +318,8 @@ impl<'a> Seen<'a> {
 }
 
 impl Seen<'_> {
-    /// Mean square of a difference of images, relative to the reference as relMSE is.
-    fn relative_square(&self, difference: &Pixels) -> Option<f64> {
-        let reference = &self.reference.whole;
-        let eps = relmse::min_square(reference);
-        let weigh = |(value, reference): (&DVec3, &DVec3)| {
-            (value * value / (reference * reference + eps)).element_sum()
-        };
-        let sum: f64 = difference.values.iter().zip(&reference.values).map(weigh).sum();
-        (eps > 0.0).then(|| sum / (3 * reference.values.len()) as f64).and_then(finite)
-    }
-
-    /// Variance of a layer between seeds, and its squared bias without that of the variance, both relative to all light. Their sum is
-    /// the layer's part of relMSE.
+    /// Variance of a layer between seeds, and its squared bias without that of the variance, both relative to all light. Their sum
+    /// is the layer's part of relMSE, without the worst 0.1 % of the pixels of the whole image.
     fn split(&self, layer: fn(&MeasuredImage) -> Option<&Pixels>) -> Option<[MeasuredValue; 2]> {
         let reference = layer(self.reference)?;
         let runs = self.now.iter().map(layer).collect::<Option<Vec<_>>>()?;
@@ -339,11 +332,36 @@ impl Seen<'_> {
             mean.values.iter_mut().zip(&run.values).for_each(|(sum, value)| *sum += *value);
         }
         mean.values.iter_mut().for_each(|sum| *sum /= count);
-        let squares = runs.iter().map(|run| self.relative_square(&run.minus(&mean))).sum::<Option<f64>>()?;
+        let kept = self.kept()?;
+        let square = |difference: &Pixels| {
+            let relative = relative_to(difference, &self.reference.whole);
+            let squares = relative.iter().map(|value| value.length_squared() / 3.0);
+            let sum: f64 = squares.zip(&kept).filter(|(_, kept)| **kept).map(|(square, _)| square).sum();
+            sum / kept.iter().filter(|kept| **kept).count() as f64
+        };
+        let squares: f64 = runs.iter().map(|run| square(&run.minus(&mean))).sum();
         let variance = squares / (count - 1.0);
-        let bias2 = self.relative_square(&mean.minus(reference))? - variance / count;
-        Some([variance, bias2].map(|value| MeasuredValue { value, standard_error: None }))
+        let bias2 = square(&mean.minus(reference)) - variance / count;
+        let values = [finite(variance)?, finite(bias2)?];
+        Some(values.map(|value| MeasuredValue { value, standard_error: None }))
     }
+
+    /// For each pixel whether its error is not among the worst 0.1 %.
+    fn kept(&self) -> Option<Vec<bool>> {
+        let of_seed = |image: &MeasuredImage| errors(&image.whole, &self.reference.whole);
+        let seeds = self.now.iter().map(of_seed).collect::<Option<Vec<_>>>()?;
+        let sums: Vec<f64> =
+            (0..seeds[0].len()).map(|pixel| seeds.iter().map(|errors| errors[pixel]).sum()).collect();
+        let most = percentile(&sums, 1.0 - relmse::TRIMMED);
+        Some(sums.iter().map(|sum| *sum <= most).collect())
+    }
+}
+
+/// Differences over the root of the reference's square, as relMSE relates them.
+fn relative_to(difference: &Pixels, reference: &Pixels) -> Vec<DVec3> {
+    let eps = DVec3::splat(relmse::min_square(reference));
+    let pairs = difference.values.iter().zip(&reference.values);
+    pairs.map(|(value, reference)| value / (reference * reference + eps).map(f64::sqrt)).collect()
 }
 
 /// Mean of the values; none where a value is missing.
@@ -543,9 +561,8 @@ mod tests {
             measures.map(seen(&[&low, &high], &[], [&reference, &reference])).map(Option::unwrap);
         assert_eq!((path, path_bias2), (0.0, 0.0));
         // Deviations are 0.02 and the bias 0.01 of a light of 0.3, but for eps.
-        assert!(
-            (noise / (2.0 * 0.02_f64.powi(2)) - bias2 / (0.01_f64.powi(2) - 0.02_f64.powi(2))).abs() < 1e-6
-        );
+        let expected = 2.0 * 0.02_f64.powi(2) / (0.01_f64.powi(2) - 0.02_f64.powi(2));
+        assert!((noise / bias2 / expected - 1.0).abs() < 1e-4, "{noise} {bias2}");
         assert!((noise + bias2 - relmse).abs() < 1e-9, "{noise} {bias2} {relmse}");
         // One seed has no variance.
         assert_eq!([&PATH_NOISE].map(seen(&[&low], &[], [&reference, &reference])), [None]);

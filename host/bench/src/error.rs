@@ -352,8 +352,8 @@ impl Seen<'_> {
         let seeds = self.now.iter().map(of_seed).collect::<Option<Vec<_>>>()?;
         let sums: Vec<f64> =
             (0..seeds[0].len()).map(|pixel| seeds.iter().map(|errors| errors[pixel]).sum()).collect();
-        let most = percentile(&sums, 1.0 - relmse::TRIMMED);
-        Some(sums.iter().map(|sum| *sum <= most).collect())
+        let max = percentile(&sums, 1.0 - relmse::TRIMMED);
+        Some(sums.iter().map(|sum| *sum <= max).collect())
     }
 }
 

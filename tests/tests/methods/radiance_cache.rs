@@ -17,8 +17,10 @@ use crate::share::{self, CPU, open, room_with_a_mirror, rooms_beside_a_thin_wall
 
 const ENDS: [IndirectEnd; 2] = [IndirectEnd::Path, IndirectEnd::Cache];
 
+/// In smaller images no surface of the test room is four cells from another.
 fn config(indirect_end: IndirectEnd, seed: u32) -> RenderConfig {
-    RenderConfig { indirect_end: Some(indirect_end), ..share::config(IndirectShare::None, seed) }
+    let config = share::config(IndirectShare::None, seed);
+    RenderConfig { indirect_end: Some(indirect_end), width: 160, height: 90, ..config }
 }
 
 /// Sum of the path layer over frames.
@@ -87,13 +89,13 @@ fn cells_hold_the_sums_of_the_samples_with_their_key() {
 fn cached_light_has_the_bounces_of_whole_paths() {
     let scene = room_with_a_mirror();
     let halves = |end, share, max_bounces| {
-        let means = (0..24).map(|seed| {
+        let means = (0..12).map(|seed| {
             let config = RenderConfig { max_bounces, indirect_share: Some(share), ..config(end, seed) };
             let mut session = open(&CPU, &scene, &config);
             let layer = path_layer(&mut session, 0..6);
-            [0..40, 40..80].map(|columns: std::ops::Range<usize>| {
-                let own = layer.iter().enumerate().filter(|(i, _)| columns.contains(&(i % 80)));
-                own.map(|(_, light)| f64::from(light.y)).sum::<f64>() / 10_800.0
+            [0..80, 80..160].map(|columns: std::ops::Range<usize>| {
+                let own = layer.iter().enumerate().filter(|(i, _)| columns.contains(&(i % 160)));
+                own.map(|(_, light)| f64::from(light.y)).sum::<f64>() / 43_200.0
             })
         });
         let means: Vec<[f64; 2]> = means.collect();
@@ -121,8 +123,8 @@ fn the_cache_saves_rays_and_leaves_caustics_alone() {
     for (name, most) in [("glossy-room", 0.85), ("mirror-room", 0.85)] {
         let scene = committed(name);
         let mut sessions =
-            ENDS.map(|end| open(&CPU, &scene, &RenderConfig { width: 160, height: 90, ..config(end, 1) }));
-        for frame in 0..8 {
+            ENDS.map(|end| open(&CPU, &scene, &RenderConfig { width: 320, height: 180, ..config(end, 1) }));
+        for frame in 0..6 {
             let [paths, cached] = sessions.each_mut().map(|session| {
                 session.frame(frame).expect("a frame runs");
                 let counters = session.counters().expect("counters");
@@ -145,7 +147,7 @@ fn little_light_leaks_through_a_thin_wall() {
     let scene = rooms_beside_a_thin_wall(0.05);
     let [paths, cached] = ENDS.map(|end| path_layer(&mut open(&CPU, &scene, &config(end, 1)), 0..16));
     let sum = |layer: &[Vec3], side: bool| -> f64 {
-        let of_side = (0..layer.len()).filter(|pixel| (pixel % 80 >= 42) == side);
+        let of_side = (0..layer.len()).filter(|pixel| (pixel % 160 >= 84) == side);
         of_side.map(|pixel| f64::from(layer[pixel].element_sum())).sum()
     };
     assert_eq!(sum(&paths, true), 0.0);
@@ -182,8 +184,7 @@ fn cached_frames_repeat_to_the_bit() {
 #[test]
 fn the_cache_forgets_a_light_in_the_frame_in_which_it_moves() {
     let mut scene = committed("animated-light");
-    let config = |end| RenderConfig { width: 160, height: 90, ..config(end, 1) };
-    let mut sessions = ENDS.map(|end| open(&CPU, &scene, &config(end)));
+    let mut sessions = ENDS.map(|end| open(&CPU, &scene, &config(end, 1)));
     for (pose, time) in [0.0, 0.5, 0.0].into_iter().enumerate() {
         scene.pose(time).expect("a pose");
         let is_cached = [0, 1, 2, 3, 4, 5].map(|frame| {

@@ -44,7 +44,7 @@ const MIN_FILLING: f32 = 1.0 / 32.0;
 /// Number of samples of a cell over that share, while the cell has few of them.
 const SAMPLES_FILLING: f32 = 4.0;
 /// Smallest length of a segment that ends in a cell (edges of the cell). Close by, the blur of a cell would be seen.
-const MIN_EDGES: f32 = 2.0;
+const MIN_EDGES: f32 = 4.0;
 
 /// State of a camera path that outlives a vertex.
 #[derive(Clone, Copy)]

@@ -234,7 +234,7 @@ pub static PATH_NOISE: Measure = Measure {
     description: "Part of trimmed relMSE that is variance of the path-traced light between seeds",
     limitations: "blur lowers it: look at the bias beside it",
     charted: false,
-    compute: |seen| seen.split(|image| Some(&image.path)).map(|[variance, _]| variance),
+    compute: |seen| seen.parts().path.map(|[variance, _]| variance),
 };
 
 /// Squared bias of the path-traced light.
@@ -245,7 +245,7 @@ pub static PATH_BIAS2: Measure = Measure {
                   instead of a filter",
     limitations: "noise of the reference counts as bias",
     charted: false,
-    compute: |seen| seen.split(|image| Some(&image.path)).map(|[_, bias2]| bias2),
+    compute: |seen| seen.parts().path.map(|[_, bias2]| bias2),
 };
 
 /// Noise of the caustics, relative to all light.
@@ -255,7 +255,7 @@ pub static CAUSTICS_NOISE: Measure = Measure {
     description: "Part of trimmed relMSE that is variance of the caustics between seeds",
     limitations: "blur lowers it: look at the bias beside it",
     charted: false,
-    compute: |seen| seen.split(|image| image.caustics.as_ref()).map(|[variance, _]| variance),
+    compute: |seen| seen.parts().caustics.map(|[variance, _]| variance),
 };
 
 /// Squared bias of the caustics, relative to all light.
@@ -265,7 +265,7 @@ pub static CAUSTICS_BIAS2: Measure = Measure {
     description: "Part of trimmed relMSE that is squared bias of the caustics: blur of discs, light that lags",
     limitations: "noise of the reference counts as bias",
     charted: false,
-    compute: |seen| seen.split(|image| image.caustics.as_ref()).map(|[_, bias2]| bias2),
+    compute: |seen| seen.parts().caustics.map(|[_, bias2]| bias2),
 };
 
 /// Variance of the caustics.
@@ -293,12 +293,28 @@ pub struct Seen<'a> {
     pub reference_before: Option<&'a MeasuredImage>,
     /// Exposure of the display (stops).
     pub exposure: f64,
+    /// Parts of relMSE, once computed.
+    pub parts: OnceCell<ErrorParts>,
+}
+
+/// Variance and squared bias of each layer; none with fewer than two seeds.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ErrorParts {
+    path: Option<[MeasuredValue; 2]>,
+    caustics: Option<[MeasuredValue; 2]>,
 }
 
 impl<'a> Seen<'a> {
     /// One image alone, at an exposure of 0.
     pub fn one(now: &'a MeasuredImage, reference: &'a MeasuredImage) -> Seen<'a> {
-        Seen { now: std::slice::from_ref(now), before: &[], reference, reference_before: None, exposure: 0.0 }
+        Seen {
+            now: std::slice::from_ref(now),
+            before: &[],
+            reference,
+            reference_before: None,
+            exposure: 0.0,
+            parts: OnceCell::new(),
+        }
     }
 
     /// The mean over the seeds, if all have a value.
@@ -318,9 +334,25 @@ impl<'a> Seen<'a> {
 }
 
 impl Seen<'_> {
+    /// The parts of relMSE, without the worst 0.1 % of the pixels of the whole image.
+    fn parts(&self) -> ErrorParts {
+        let split = || {
+            let kept = self.kept()?;
+            Some(ErrorParts {
+                path: self.split(&kept, |image| Some(&image.path)),
+                caustics: self.split(&kept, |image| image.caustics.as_ref()),
+            })
+        };
+        *self.parts.get_or_init(|| split().unwrap_or_default())
+    }
+
     /// Variance of a layer between seeds, and its squared bias without that of the variance, both relative to all light. Their sum
-    /// is the layer's part of relMSE, without the worst 0.1 % of the pixels of the whole image.
-    fn split(&self, layer: fn(&MeasuredImage) -> Option<&Pixels>) -> Option<[MeasuredValue; 2]> {
+    /// is the layer's part of relMSE over the pixels that are kept.
+    fn split(
+        &self,
+        kept: &[bool],
+        layer: fn(&MeasuredImage) -> Option<&Pixels>,
+    ) -> Option<[MeasuredValue; 2]> {
         let reference = layer(self.reference)?;
         let runs = self.now.iter().map(layer).collect::<Option<Vec<_>>>()?;
         let count = runs.len() as f64;
@@ -332,11 +364,10 @@ impl Seen<'_> {
             mean.values.iter_mut().zip(&run.values).for_each(|(sum, value)| *sum += *value);
         }
         mean.values.iter_mut().for_each(|sum| *sum /= count);
-        let kept = self.kept()?;
         let square = |difference: &Pixels| {
             let relative = relative_to(difference, &self.reference.whole);
             let squares = relative.iter().map(|value| value.length_squared() / 3.0);
-            let sum: f64 = squares.zip(&kept).filter(|(_, kept)| **kept).map(|(square, _)| square).sum();
+            let sum: f64 = squares.zip(kept).filter(|(_, kept)| **kept).map(|(square, _)| square).sum();
             sum / kept.iter().filter(|kept| **kept).count() as f64
         };
         let squares: f64 = runs.iter().map(|run| square(&run.minus(&mean))).sum();
@@ -478,6 +509,7 @@ mod tests {
             reference: &reference,
             reference_before: Some(&reference_before),
             exposure: 0.0,
+            parts: OnceCell::new(),
         };
         let found = MEASURES.map(|measure| (measure.key, (measure.compute)(&seen)));
         move |measure| found.iter().find(|(key, _)| *key == measure.key)?.1.map(|found| found.value)

@@ -4,6 +4,7 @@
 //! disturbance of the machine affects all alike. A configuration has a session for each seed; only the first one's time
 //! counts. With references, all seeds render every frame, and the plan says which frames are compared.
 
+use std::cell::OnceCell;
 use std::time::Instant;
 
 use caustics_kernels::interface::counters::Counter;
@@ -195,6 +196,7 @@ fn compare(
         reference: &reference.measured,
         reference_before,
         exposure,
+        parts: OnceCell::new(),
     };
     for measure in MEASURES {
         let found = (measure.compute)(&seen);

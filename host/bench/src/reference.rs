@@ -29,7 +29,7 @@ use caustics::render_config::RenderConfig;
 use caustics::rendered_image::RenderedImage;
 use caustics::scene::Scene;
 use caustics::session::Session;
-use caustics_kernels::interface::choice::{IndirectEnd, IndirectShare, PixelFilter, Sampler, TextureFilter};
+use caustics_kernels::interface::choice::{IndirectEnd, IndirectShare, Sampler};
 use caustics_kernels::method::progressive::PROGRESSIVE;
 use caustics_kernels::{denoiser, history};
 
@@ -77,11 +77,11 @@ impl<'a> References<'a> {
     ) -> References<'a> {
         let pixels = plan.config.width * plan.config.height;
         let filter = plan.reference_pixel_filter;
-        // Where rays over the whole pixel are averaged, the finest texture level is exact.
-        let is_box = filter == Some(PixelFilter::Box);
         let config = RenderConfig {
             pixel_filter: filter.unwrap_or(plan.config.pixel_filter),
-            texture_filter: if is_box { Some(TextureFilter::Finest) } else { plan.config.texture_filter },
+            texture_filter: filter
+                .and_then(RenderConfig::texture_filter_of_means)
+                .or(plan.config.texture_filter),
             method: &PROGRESSIVE,
             light_paths: Paths::Count(LIGHT_PATHS_PER_PIXEL * pixels),
             radius: Radius::Px(1.0),

@@ -19,7 +19,7 @@
 //! Cost: a look-up a path, and passes over the samples and the cells, which take 2 to 4 % of a frame. In rooms, `collect` takes a fifth less
 //! time. 60 to 90 bytes a pixel, of which a state keeps 13 to 26.
 //! Limitations: light is blurred within a cell, and over the directions in which it leaves a surface. So surfaces with less than three
-//! quarters of a diffuse base have no cells; a coat above the base is averaged. Cells are 24 to 48 pixels wide: in images below some
+//! quarters of a diffuse base have no cells; a coat above the base is averaged. Cells are 24 to 48 pixels wide: in images below two
 //! hundred pixels a side no surface is far enough from another. The cache is emptied when anything moves, the camera included. A tile of
 //! an image has a cache of its own. The noise of a cell is common to all batches of frames, so that `variance` lacks it.
 

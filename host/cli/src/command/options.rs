@@ -10,7 +10,7 @@ use caustics::rendered_image::Aov;
 use caustics::scene::{self, CameraChoice, DefaultLight, EnvironmentMap, Radiance, Scene};
 use caustics_bench::limits;
 use caustics_bench::sweep::config::FPS;
-use caustics_kernels::interface::choice::{PixelFilter, TextureFilter};
+use caustics_kernels::interface::choice::PixelFilter;
 use clap::ValueEnum;
 use glam::Vec3;
 use serde_json::json;
@@ -32,10 +32,7 @@ pub fn config(options: &ImageOptions, config: &RenderConfig, frames: u32) -> Res
     // Means have no history, which needs the same positions again, and centres alone miss details below a pixel.
     let default = if frames > 1 { PixelFilter::Box } else { PixelFilter::Centre };
     let pixel_filter = options.pixel_filter.unwrap_or(default);
-    // The reference is the mean over a pixel at the finest texture level. A footprint's level differs from it: averaged
-    // normals reflect a narrower part of the scene (+19 % in a region of a normal-mapped mirror).
-    let averages = frames > 1 && pixel_filter == PixelFilter::Box;
-    let of_means = averages.then_some(TextureFilter::Finest);
+    let of_means = if frames > 1 { RenderConfig::texture_filter_of_means(pixel_filter) } else { None };
     Ok(config.with_image_of(&RenderConfig {
         width,
         height,

@@ -13,7 +13,10 @@
 //! rounding. A difference limits the number of frames that kept light may count. In a still view nothing is traced again, and all
 //! frames count alike.
 //!
-//! Cost: a twenty-fifth of `collect` where something moved; 76 bytes a pixel of state. Limitations: a pixel keeps one point's
+//! The denoiser needs to know how noisy the blended light is. From four frames on, their variance shows it. Where light changes in every
+//! frame, as around a shadow that moves, its changes do.
+//!
+//! Cost: a twenty-fifth of `collect` where something moved; 80 bytes a pixel of state. Limitations: a pixel keeps one point's
 //! light. Where a path may pass a surface or be reflected by it, this is the light of the last choice, else of the nearest
 //! pixel. Light beside a change is as noisy as without a history.
 
@@ -28,7 +31,9 @@ use crate::history::window::{PreviousFrame, project, seen_from};
 use crate::interface::NONE;
 use crate::interface::features::Features;
 use crate::interface::frame::FrameParams;
-use crate::interface::history::{HistoryPoint, PathHistoryLight, ReprojectedPathLight, Retraced};
+use crate::interface::history::{
+    HistoryPoint, PathHistoryLight, PathHistoryNoise, ReprojectedPathLight, Retraced,
+};
 use crate::interface::instance::Instance;
 use crate::interface::material::Material;
 use crate::interface::point::{PointDirect, PointGeometry, PointShading};
@@ -55,7 +60,7 @@ pub const PATH_HISTORY: FrameStage = FrameStage {
         judge.into_iter().chain([Step::new(&PATH_REPROJECT, params)]).collect()
     },
     before_denoise: |params| vec![Step::new(&PATH_BLEND, params)],
-    keeps: &["path_points", "path_light", "path_square", "path_brightness"],
+    keeps: &["path_points", "path_light", "path_noise_kept", "path_brightness"],
     features: Features::PARTS,
     ..FrameStage::new("path history")
 };
@@ -76,6 +81,8 @@ const SEARCH_RADIUS: f32 = 1.3;
 const MIN_SLANT_COS: f32 = 0.05;
 /// Minimum number of frames from which the variance of light is estimated.
 const MIN_KNOWN_FRAMES: f32 = 4.0;
+/// Weight of the last change in the noise of light that changes.
+const NEW_NOISE: f32 = 0.25;
 /// Maximum relative difference between two compilations of one computation.
 const ROUNDING: f32 = 1.0e-3;
 
@@ -304,14 +311,16 @@ pub fn path_reproject(
     instances: &[Instance],
     path_points: &[HistoryPoint],
     path_light: &[PathHistoryLight],
-    path_square: &[f32],
+    path_noise_kept: &[PathHistoryNoise],
     #[len = block_count(params)] path_max_frames: &[Vec2],
     mut path_brightness: Slots<'_, Vec2>,
     mut path_reprojected: Slots<'_, ReprojectedPathLight>,
 ) {
     let i = pixel as usize;
     let (point, shading, direct) = (&point_geometry[i], &point_shading[i], &point_direct[i]);
-    let (mut found, mut reprojected) = (PathHistoryLight::default(), ReprojectedPathLight::default());
+    let mut found = PathHistoryLight::default();
+    let mut reprojected =
+        ReprojectedPathLight { noise: PathHistoryNoise::NONE, ..ReprojectedPathLight::default() };
     if point.exists() {
         let light = path_radiance[i] - prefix_radiance[i];
         found = arriving(light, direct, shading, materials, params, features);
@@ -329,7 +338,7 @@ pub fn path_reproject(
             params,
             features,
         );
-        if history_sample.frames.max_element() > 0.0 {
+        if history_sample.pixel != NONE {
             let light = path_light[history_sample.pixel as usize];
             reprojected = ReprojectedPathLight {
                 light: PathHistoryLight {
@@ -338,7 +347,7 @@ pub fn path_reproject(
                     ..light
                 },
                 offset: history_sample.offset,
-                square: path_square[history_sample.pixel as usize],
+                noise: path_noise_kept[history_sample.pixel as usize],
             };
         }
     }
@@ -347,11 +356,11 @@ pub fn path_reproject(
 }
 
 /// History point whose light is reused.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct HistorySample {
-    /// Pixel of the history point.
+    /// Pixel of the history point; `NONE`: there is none.
     pixel: u32,
-    /// Number of frames that its direct and its indirect light may count; zeros: there is none.
+    /// Number of frames that its direct and its indirect light may count.
     frames: Vec2,
     /// Offset from the reprojected point to the mean position of that light (m).
     offset: Vec3,
@@ -405,7 +414,7 @@ fn find_history_sample(
         }
     }
     if !nearest.found {
-        return HistorySample::default();
+        return HistorySample { pixel: NONE, frames: Vec2::ZERO, offset: Vec3::ZERO };
     }
     let point = history.points[nearest.pixel as usize];
     let by_view = max_samples_by_view(&point, shading, materials, instances, params, features);
@@ -445,21 +454,21 @@ pub fn path_blend(
     mut path_radiance: Slots<'_, Vec3>,
     mut path_points: Slots<'_, HistoryPoint>,
     mut path_light: Slots<'_, PathHistoryLight>,
-    mut path_square: Slots<'_, f32>,
+    mut path_noise_kept: Slots<'_, PathHistoryNoise>,
     mut path_noise: Slots<'_, f32>,
 ) {
     let i = pixel as usize;
     let (point, shading, direct) = (&point_geometry[i], &point_shading[i], &point_direct[i]);
-    let (mut kept, mut light, mut square) = (HistoryPoint::default(), PathHistoryLight::default(), 0.0);
+    let (mut kept, mut light) = (HistoryPoint::default(), PathHistoryLight::default());
+    let (mut kept_noise, mut noise) = (PathHistoryNoise::default(), 0.0);
     if point.exists() {
         let found = path_radiance.read(pixel) - prefix_radiance[i];
         light = arriving(found, direct, shading, materials, params, features);
     }
     if light.exists() {
         let found = brightness(&light, direct.class_probability).element_sum();
-        square = found * found;
-        let ReprojectedPathLight { light: reprojected, offset, square: reprojected_square } =
-            path_reprojected[i];
+        let mut square = found * found;
+        let ReprojectedPathLight { light: reprojected, offset, noise: before } = path_reprojected[i];
         let shares =
             Vec2::new(1.0 / (reprojected.direct_samples + 1.0), 1.0 / (reprojected.indirect_samples + 1.0));
         if reprojected.exists() {
@@ -469,10 +478,22 @@ pub fn path_blend(
                 indirect: reprojected.indirect + (light.indirect - reprojected.indirect) * shares.y,
                 indirect_samples: reprojected.indirect_samples + 1.0,
             };
-            square = reprojected_square + (square - reprojected_square) * shares.max_element();
+            square = before.square + (square - before.square) * shares.max_element();
             let reflected = shading.throughput * head_on(shading, materials, params, features);
             let shown = reflected * (light.direct * direct.class_probability + light.indirect);
             path_radiance.write(pixel, prefix_radiance[i] + shown);
+        }
+        // Estimate the noise from the mean, or from the change where the mean has too few frames
+        let frames = light.direct_samples.min(light.indirect_samples);
+        let mean_of = |light| brightness(light, direct.class_probability).element_sum();
+        let relative_square = if frames >= MIN_KNOWN_FRAMES {
+            noise_of_mean(mean_of(&light), square, frames)
+        } else {
+            noise_of_change(&before, mean_of(&reprojected), found)
+        };
+        kept_noise = PathHistoryNoise { square, relative_square };
+        if relative_square > 0.0 {
+            noise = 1.0 + (relative_square - 1.0) / frames;
         }
         kept = HistoryPoint {
             position: point.position + offset * (1.0 - shares.x),
@@ -485,21 +506,34 @@ pub fn path_blend(
     }
     path_points.write(pixel, kept);
     path_light.write(pixel, light);
-    path_square.write(pixel, square);
-    path_noise.write(pixel, noise(&light, direct.class_probability, square));
+    path_noise_kept.write(pixel, kept_noise);
+    path_noise.write(pixel, noise);
 }
 
-/// One plus the variance of the mean of all frames over the square of the mean; 0 if there are too few frames.
+/// One plus the variance of the light of a frame over the square of its mean, by the mean and the mean square of some frames.
 #[inline(always)]
-fn noise(light: &PathHistoryLight, class_probability: f32, square: f32) -> f32 {
-    let samples = light.direct_samples.min(light.indirect_samples);
-    let mean = brightness(light, class_probability).element_sum();
-    if samples < MIN_KNOWN_FRAMES {
+fn noise_of_mean(mean: f32, square: f32, frames: f32) -> f32 {
+    // A black mean has been black in all frames.
+    let of_frames = if mean > 0.0 { (square / (mean * mean) - 1.0).max(0.0) } else { 0.0 };
+    1.0 + of_frames * frames / (frames - 1.0)
+}
+
+/// The same where light changes in every frame, by the noise that was known before and the change of brightness since then; 0
+/// without light of earlier frames. A change is taken relative to the larger brightness, so that the edge of a shadow that passes
+/// counts as one at most.
+#[inline(always)]
+fn noise_of_change(before: &PathHistoryNoise, brightness_before: f32, brightness: f32) -> f32 {
+    if !before.exists() {
         return 0.0;
     }
-    // A black mean has been black in all frames.
-    let one = if mean > 0.0 { (square / (mean * mean) - 1.0).max(0.0) } else { 0.0 };
-    1.0 + one / (samples - 1.0)
+    let larger = brightness_before.max(brightness);
+    let change = if larger > 0.0 { (brightness - brightness_before) / larger } else { 0.0 };
+    let found = 1.0 + change * change;
+    if before.relative_square > 0.0 {
+        before.relative_square + (found - before.relative_square) * NEW_NOISE
+    } else {
+        found
+    }
 }
 
 /// Light that arrives at a point, by the light that its non-specular class sends to the eye; none if it cannot be separated.
@@ -575,6 +609,22 @@ mod tests {
             assert_eq!(changes(49, 1.0, 1.0 - change).max_frames().x, 0.0);
             assert_eq!(changes(49, 1.0 - change, 1.0).max_frames().x, 0.0);
         }
+    }
+
+    #[test]
+    fn noise_of_changing_light_is_known_from_its_second_frame_on() {
+        let none = PathHistoryNoise::NONE;
+        assert_eq!(noise_of_change(&none, 0.0, 1.0), 0.0, "a first frame shows none");
+        let dark = PathHistoryNoise { square: 0.0, relative_square: 0.0 };
+        assert_eq!(noise_of_change(&dark, 0.0, 0.0), 1.0, "black light has no noise");
+        // The edge of a shadow passes, and the light rests behind it.
+        let mut noise = PathHistoryNoise { square: 1.0, relative_square: 1.0 };
+        noise.relative_square = noise_of_change(&noise, 0.0, 5.0);
+        assert_eq!(noise.relative_square, 1.0 + NEW_NOISE);
+        for _ in 0..10 {
+            noise.relative_square = noise_of_change(&noise, 5.0, 5.0);
+        }
+        assert!((1.0..1.02).contains(&noise.relative_square), "{noise:?}");
     }
 
     #[test]

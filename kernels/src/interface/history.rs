@@ -92,8 +92,29 @@ pub struct ReprojectedPathLight {
     pub light: PathHistoryLight,
     /// Offset from the point to the mean position of that light (m).
     pub offset: Vec3,
-    /// Mean square of the light of a frame: direct and indirect light and all channels, summed.
+    /// Noise of that light. It is found where the light itself has changed, too.
+    pub noise: PathHistoryNoise,
+}
+
+/// Noise of path-traced light at a collection point: direct and indirect light and all channels, summed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PathHistoryNoise {
+    /// Mean square of the light of a frame; negative where there is no light of earlier frames.
     pub square: f32,
+    /// One plus the variance of the light of a frame over the square of its mean; 0 where it is unknown.
+    pub relative_square: f32,
+}
+
+impl PathHistoryNoise {
+    /// Noise where no light of earlier frames is known.
+    pub const NONE: PathHistoryNoise = PathHistoryNoise { square: -1.0, relative_square: 0.0 };
+
+    /// Whether light of earlier frames is known, though it may have changed.
+    #[inline(always)]
+    pub fn exists(&self) -> bool {
+        self.square >= 0.0
+    }
 }
 
 /// A path of the previous frame, traced again.
@@ -128,4 +149,5 @@ const _: () = assert!(size_of::<HistoryPoint>() == 32);
 const _: () = assert!(size_of::<Reprojected>() == 32);
 const _: () = assert!(size_of::<HistorySettings>() == 16);
 const _: () = assert!(size_of::<PathHistoryLight>() == 32);
+const _: () = assert!(size_of::<PathHistoryNoise>() == 8);
 const _: () = assert!(size_of::<ValidationPhoton>() == 20);

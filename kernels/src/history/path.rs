@@ -510,7 +510,7 @@ pub fn path_blend(
     path_noise.write(pixel, noise);
 }
 
-/// One plus the variance of the light of a frame over the square of its mean, by the mean and the mean square of some frames.
+/// Estimates `relative_square` of `PathHistoryNoise` from the mean and the mean square of some frames.
 #[inline(always)]
 fn noise_of_mean(mean: f32, square: f32, frames: f32) -> f32 {
     // A black mean has been black in all frames.
@@ -518,9 +518,8 @@ fn noise_of_mean(mean: f32, square: f32, frames: f32) -> f32 {
     1.0 + of_frames * frames / (frames - 1.0)
 }
 
-/// The same where light changes in every frame, by the noise that was known before and the change of brightness since then; 0
-/// without light of earlier frames. A change is taken relative to the larger brightness, so that the edge of a shadow that passes
-/// counts as one at most.
+/// Estimates it where light changes in every frame, from the noise known before and the change of brightness since; 0 without light
+/// of earlier frames. The change is relative to the larger brightness: the edge of a shadow that passes counts as one at most.
 #[inline(always)]
 fn noise_of_change(before: &PathHistoryNoise, brightness_before: f32, brightness: f32) -> f32 {
     if !before.exists() {

@@ -212,7 +212,7 @@ fn squares(layer: &[Vec3], reference: &[Vec3]) -> f64 {
 }
 
 /// Below a ring that moves, light changes in every frame, so that no mean of frames shows its noise. Two pixels inside of the umbra
-/// the denoiser leaves 0.5 % of the light beside it; it is 1.1 % where only means of four frames or more have a known noise.
+/// the denoiser leaves 0.5 % of the light beside it. It would leave 1.1 % if it knew the noise of long means alone.
 #[test]
 fn the_denoiser_leaves_the_umbra_of_a_moving_caster_dark() {
     let scene = committed("moving-caster");

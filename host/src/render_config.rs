@@ -303,7 +303,7 @@ impl RenderConfig {
         }
     }
 
-    /// Returns the texture filter of a mean of frames, unless the user chooses one. Where rays over the whole pixel are averaged, the
+    /// Returns the texture filter that a mean of frames needs, if not that of its method. Where rays over the whole pixel are averaged, the
     /// finest level is exact. A footprint's level differs from it: averaged normals reflect a narrower part of the scene (+19 % in
     /// a region of a normal-mapped mirror).
     pub fn texture_filter_of_means(pixel_filter: PixelFilter) -> Option<TextureFilter> {

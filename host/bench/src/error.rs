@@ -297,7 +297,7 @@ pub struct Seen<'a> {
     pub parts: OnceCell<ErrorParts>,
 }
 
-/// Variance and squared bias of each layer; none with fewer than two seeds.
+/// Variance and squared bias of each layer; none with fewer than two seeds, or where values are not finite.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ErrorParts {
     path: Option<[MeasuredValue; 2]>,
@@ -337,6 +337,9 @@ impl Seen<'_> {
     /// The parts of relMSE, without the worst 0.1 % of the pixels of the whole image.
     fn parts(&self) -> ErrorParts {
         let split = || {
+            if self.now.len() < 2 {
+                return None;
+            }
             let kept = self.kept()?;
             Some(ErrorParts {
                 path: self.split(&kept, |image| Some(&image.path)),
@@ -356,9 +359,6 @@ impl Seen<'_> {
         let reference = layer(self.reference)?;
         let runs = self.now.iter().map(layer).collect::<Option<Vec<_>>>()?;
         let count = runs.len() as f64;
-        if runs.len() < 2 {
-            return None;
-        }
         let mut mean = runs[0].clone();
         for run in &runs[1..] {
             mean.values.iter_mut().zip(&run.values).for_each(|(sum, value)| *sum += *value);

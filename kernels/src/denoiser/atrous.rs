@@ -9,8 +9,9 @@
 //!
 //! Shadows have no edge in the features, so the filter also compares brightness, relative to its noise. The measure is the
 //! square of the difference over the sum of both variances. It is symmetric, so the energy stays. A history of path-traced light
-//! knows a pixel's variance from its frames. The longer it is, the less is exchanged, and a sharp shadow is sharp again. Without
-//! a history, the first level compares no brightness and estimates the variance from the pixels around.
+//! knows a pixel's variance from its frames, or from the changes between few of them. The longer the history, the less is
+//! exchanged, and a sharp shadow is sharp again. Without a history, the first level compares no brightness and estimates the
+//! variance from the pixels around.
 //!
 //! Cost: a level reads 64 bytes of itself and of 8 neighbours (600 B a pixel from caches, 64 from memory) and writes 16. The
 //! guide reads 120 and writes 76. Limitations: without a history shadows blur by a pixel or two.

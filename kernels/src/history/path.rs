@@ -13,8 +13,8 @@
 //! rounding. A difference limits the number of frames that kept light may count. In a still view nothing is traced again, and all
 //! frames count alike.
 //!
-//! The denoiser needs to know how noisy the blended light is. From four frames on, their variance shows it. Where light changes in every
-//! frame, as around a shadow that moves, its changes do.
+//! The denoiser needs to know how noisy the blended light is. From four frames on, their variance shows it. With fewer (at the start, on
+//! moving meshes, around a moving shadow), the changes between frames do. They underestimate the noise of rare bright light.
 //!
 //! Cost: a twenty-fifth of `collect` where something moved; 80 bytes a pixel of state. Limitations: a pixel keeps one point's
 //! light. Where a path may pass a surface or be reflected by it, this is the light of the last choice, else of the nearest
@@ -460,7 +460,8 @@ pub fn path_blend(
     let i = pixel as usize;
     let (point, shading, direct) = (&point_geometry[i], &point_shading[i], &point_direct[i]);
     let (mut kept, mut light) = (HistoryPoint::default(), PathHistoryLight::default());
-    let (mut kept_noise, mut noise) = (PathHistoryNoise::default(), 0.0);
+    // Noise of the blended mean: one plus its relative variance; 0 where it is unknown
+    let (mut kept_noise, mut noise) = (PathHistoryNoise::NONE, 0.0);
     if point.exists() {
         let found = path_radiance.read(pixel) - prefix_radiance[i];
         light = arriving(found, direct, shading, materials, params, features);
@@ -513,8 +514,9 @@ pub fn path_blend(
 /// Estimates `relative_square` of `PathHistoryNoise` from the mean and the mean square of some frames.
 #[inline(always)]
 fn noise_of_mean(mean: f32, square: f32, frames: f32) -> f32 {
-    // A black mean has been black in all frames.
-    let of_frames = if mean > 0.0 { (square / (mean * mean) - 1.0).max(0.0) } else { 0.0 };
+    // A black mean has been black in all frames. Where frames have unequal weights, bound the ratio by that of one lit frame.
+    let mean_square = mean * mean;
+    let of_frames = if mean_square > 0.0 { (square / mean_square - 1.0).max(0.0).min(frames) } else { 0.0 };
     1.0 + of_frames * frames / (frames - 1.0)
 }
 
@@ -616,6 +618,9 @@ mod tests {
         assert_eq!(noise_of_change(&none, 0.0, 1.0), 0.0, "a first frame shows none");
         let dark = PathHistoryNoise { square: 0.0, relative_square: 0.0 };
         assert_eq!(noise_of_change(&dark, 0.0, 0.0), 1.0, "black light has no noise");
+        for (mean, square) in [(1.0e-23, 1.0), (1.0e-10, 1.0), (1.0, 1.0e9)] {
+            assert!((1.0..40.0).contains(&noise_of_mean(mean, square, 32.0)), "{mean}, {square}");
+        }
         // The edge of a shadow passes, and the light rests behind it.
         let mut noise = PathHistoryNoise { square: 1.0, relative_square: 1.0 };
         noise.relative_square = noise_of_change(&noise, 0.0, 5.0);
